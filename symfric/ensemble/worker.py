@@ -19,7 +19,6 @@ from symfric.model.scene import Scene
 from symfric.solve.protocol import Program, RouteName
 from symfric.solve.routes import Settings, prepare
 from symfric.solve.status import Status
-from symfric.solve.widened import widened
 
 REFUSED, ERROR = -1, -2  # codes besides those of Status, for cases without a run
 CODES = {REFUSED: "REFUSED", ERROR: "ERROR", **{int(s): s.name for s in Status}}
@@ -67,7 +66,7 @@ def make_program(task: Task) -> Program:
     program = _made.pop(key, None)
     if program is None:
         program = prepare(task.scene, task.tolerance, task.route)
-        widened(program, dict.fromkeys(task.names, math.nan))  # NaN differs from every value
+        program.widened(dict.fromkeys(task.names, math.nan))  # NaN differs from every value
     _made[key] = program
     while len(_made) > KEPT:
         del _made[next(iter(_made))]

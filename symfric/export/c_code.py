@@ -183,18 +183,18 @@ def _layout(made: Stepper, name: str) -> str:
 
 def plain_names(names: Iterable[str]) -> list[str]:
     """Return names in the characters of C, each of its own."""
-    found: list[str] = []
+    chosen: list[str] = []
     for n in names:
         plain = re.sub(r"\W", "_", n, flags=re.ASCII)
-        while plain in found:
+        while plain in chosen:
             plain += "_"
-        found.append(plain)
-    return found
+        chosen.append(plain)
+    return chosen
 
 
 def _filled(template: str, name: str, values: Mapping[str, str]) -> str:
     text = with_name(source_text(template), name)
-    return re.sub(r"@(\w+)@", lambda found: values[found[1]], text)
+    return re.sub(r"@(\w+)@", lambda match: values[match[1]], text)
 
 
 def source_text(template: str) -> str:
@@ -205,4 +205,4 @@ def source_text(template: str) -> str:
 def with_name(text: str, name: str) -> str:
     """Return C code of the folder of sources with the name of a scene in place of ``scene_`` and ``SCENE_``."""
     own = {"scene_": name, "SCENE_": name.upper()}
-    return re.sub("scene_|SCENE_", lambda found: own[found[0]], text)
+    return re.sub("scene_|SCENE_", lambda match: own[match[0]], text)

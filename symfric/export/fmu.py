@@ -187,7 +187,7 @@ def _units(made: Stepper) -> dict[str, str]:
 
 def _variables(place: Element, made: Stepper, units: Mapping[str, str]) -> dict[str, list[int]]:
     """Add the variables; return the indices of the outputs, and of those that are computed at the start."""
-    reals, found = 0, {"all": [], "computed": []}  # type: tuple[int, dict[str, list[int]]]
+    reals, places = 0, {"all": [], "computed": []}  # type: tuple[int, dict[str, list[int]]]
 
     names: set[str] = set()
 
@@ -205,9 +205,9 @@ def _variables(place: Element, made: Stepper, units: Mapping[str, str]) -> dict[
         if start is not None:
             value.set("start", repr(float(start)))
         if attributes["causality"] == "output":
-            found["all"].append(len(place))
+            places["all"].append(len(place))
             if attributes["initial"] == "calculated":
-                found["computed"].append(len(place))
+                places["computed"].append(len(place))
 
     for name, value in zip(made.states, made.initial, strict=True):
         add("Real", name, reals, "state", {**_OUTPUT, "initial": "exact"}, value)
@@ -225,4 +225,4 @@ def _variables(place: Element, made: Stepper, units: Mapping[str, str]) -> dict[
         add("Integer", f"{name}.mode", k, "-1 slips backward, 0 sticks, 1 slips forward", _MODE)
     meanings = "; ".join(f"{k}: {text}" for k, text in MEANING.items())
     add("Integer", "status", len(made.contacts), f"of the last step. {meanings}", _MODE)
-    return found
+    return places

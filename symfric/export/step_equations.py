@@ -32,7 +32,7 @@ class StepEquations:
         The guards that end a mode; those of the loads do not.
     """
 
-    def __init__(self, model: ContactDynamics, automaton: Automaton):
+    def __init__(self, model: ContactDynamics, automaton: Automaton) -> None:
         self.model, self.automaton, self.layout = model, automaton, automaton.layout
         self.n_c = len(automaton.contacts)
         self.loads = list(range(self.layout.first_load, self.layout.first_other))
@@ -136,9 +136,9 @@ class StepEquations:
             wrong = ca.if_else(self._m[i] > 0.5, beyond, against)
             excess = ca.if_else(ca.logic_and(zero[i], wrong > size), wrong, 0)
             way = ca.if_else(self._m[i] > 0.5, ca.if_else(back < forth, -1, 1), 0 if able[i] else -self._m[n_c + i])
-            found = excess > worst
-            worst, which = ca.if_else(found, excess, worst), ca.if_else(found, i, which)
-            side = ca.if_else(found, way, side)
+            worse = excess > worst
+            worst, which = ca.if_else(worse, excess, worst), ca.if_else(worse, i, which)
+            side = ca.if_else(worse, way, side)
         for i in range(n_c):
             here = which == i
             m[i] = ca.if_else(here, side == 0, m[i])
@@ -156,13 +156,13 @@ class StepEquations:
     def shown(self) -> ca.Function:
         """Return ``(y, t, p, m) -> (rows, modes)``: the observables, and -1, 0 or 1 for every contact of the scene."""
         rows = self.automaton.field(*self._at, self._m)[2]
-        found = {}
+        entries = {}
         for i, name in enumerate(self.layout.lines):
-            found[name] = ca.if_else(self._m[i] > 0.5, 0, self._m[self.n_c + i])
+            entries[name] = ca.if_else(self._m[i] > 0.5, 0, self._m[self.n_c + i])
         first = self.layout.first_variable
         for other in self.layout.others:
-            found[other.name] = self._m[first]  # what a run shows of it
+            entries[other.name] = self._m[first]  # what a run shows of it
             first += other.variables
         names = [*self.layout.lines, *(other.name for other in self.layout.others)]
-        modes = ca.vertcat(*(found[n] for n in names)) if names else ca.SX(0, 1)
+        modes = ca.vertcat(*(entries[n] for n in names)) if names else ca.SX(0, 1)
         return ca.Function("shown", [*self._at, self._m], [rows, modes])

@@ -105,7 +105,7 @@ def _refuse(scene: Scene, automaton: Automaton) -> None:
 class _Builder:
     """Makes the functions; every method one, from those before it."""
 
-    def __init__(self, equations: StepEquations, events: int):
+    def __init__(self, equations: StepEquations, events: int) -> None:
         self.eq, self.events, self.automaton = equations, events, equations.automaton
         layout = equations.layout
         self.n_m, self.n_g, self.n_c = layout.n_mode, layout.n_guards, equations.n_c
@@ -142,10 +142,10 @@ class _Builder:
         args = [m, go, y, t, p, zero]
         once = ca.Function("once", args, list(judged(y, t, p, m, zero)))
         once = _if(go, once, ca.Function("same", args, [m, go]), args)
-        found, changed = m, ca.MX(1)
+        mode, changed = m, ca.MX(1)
         for _ in range(2 * self.n_c + 1 if self.n_c else 0):
-            found, changed = once(found, changed, y, t, p, zero)
-        return ca.Function("settled", [y, t, p, m, zero], [found])
+            mode, changed = once(mode, changed, y, t, p, zero)
+        return ca.Function("settled", [y, t, p, m, zero], [mode])
 
     def _event(self) -> ca.Function:
         """Return ``(y, t, p, m, hit) -> (y, m, fresh)``: what follows when guards were hit."""
@@ -308,8 +308,8 @@ def _if(condition: ca.MX, yes: ca.Function, no: ca.Function, args: list[ca.MX]) 
 
 def _chosen(condition: ca.MX, yes: ca.Function, no: ca.Function, args: list[ca.MX]) -> list[ca.MX]:
     """Return what one of two functions gives; only that one is evaluated."""
-    found = ca.Function.if_else("either", yes, no)(condition, *args)
-    return list(found) if isinstance(found, tuple | list) else [found]
+    graphs = ca.Function.if_else("either", yes, no)(condition, *args)
+    return list(graphs) if isinstance(graphs, tuple | list) else [graphs]
 
 
 def _finite(y: ca.MX) -> ca.MX:

@@ -15,6 +15,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.outputs import OF_CONTACTS, Trajectory, friction_force, slip
 from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import TIME, Key, expression, finite, name_of, nearest
+from symfric.model.system import Contact
 from symfric.model.units import attributes_of
 from symfric.solve.routes import simulate
 
@@ -211,13 +212,13 @@ class Stepper:
 
 
 def _changed(own: np.ndarray, names: tuple[str, ...], given: Mapping[Key, float] | None, kind: str) -> np.ndarray:
-    found = own.copy()
+    numbers = own.copy()
     for key, value in (given or {}).items():
         name = name_of(key)
         if name not in names:
             raise SceneError(f"{name} is no {kind}{nearest(name, names)}")
-        found[names.index(name)] = finite(value, f"the value of {name}")
-    return found
+        numbers[names.index(name)] = finite(value, f"the value of {name}")
+    return numbers
 
 
 @alone(SYMBOLIC)
@@ -283,7 +284,7 @@ def stepper(scene: Scene, step: float, outputs: Mapping[str, sp.Expr] | None = N
     )
 
 
-def _along_lines(scene: Scene) -> list:
+def _along_lines(scene: Scene) -> list[Contact]:
     return [c for c in scene.contacts if c.along_line]
 
 
@@ -295,10 +296,10 @@ def _read_outputs(scene: Scene, outputs: Mapping[str, sp.Expr] | None) -> dict[s
         raise SceneError(f"outputs is {outputs!r}; give a mapping of names to expressions, {{'pull': -k*x}}")
     known = {s.name for s in (*scene.system.states, *scene.system.rows, *scene.parameters, *scene.inputs, TIME)}
     known |= {make(c.name).name for c in scene.contacts for make in OF_CONTACTS.values()}
-    found = {}
+    shown = {}
     for name, given in outputs.items():
-        found[name] = e = expression(given, f"output {name!r}")
+        shown[name] = e = expression(given, f"output {name!r}")
         strange = next((s.name for s in e.free_symbols if s.name not in known), None)
         if strange:
             raise SceneError(f"output {name!r} contains {strange}, which the scene lacks{nearest(strange, known)}")
-    return found
+    return shown

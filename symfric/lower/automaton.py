@@ -107,6 +107,12 @@ class Automaton:
         return self.gauge.nnz_out("slopes") > 0
 
 
+def arguments_of(field: ca.Function) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
+    """Return symbols ``(y, t, p, m)`` for the arguments of a field."""
+    y, t, p, m = (ca.SX.sym(name, field.nnz_in(k)) for k, name in enumerate(("y", "t", "p", "m")))
+    return y, t, p, m
+
+
 def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = frozenset()) -> Automaton:
     """Build the automaton of a scene.
 
@@ -129,8 +135,8 @@ def lower(scene: Scene, rows: Sequence[sp.Expr] = (), varied: frozenset[str] = f
 def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automaton:
     """Build the automaton of contact dynamics; defines the forces and slips that observables may contain."""
     rate, friction = model.accelerations(tested=False)
-    guards, wanted, loads = observed(model, friction, rows)
-    out = [ca.densify(e) for e in (ca.vertcat(model.u, rate, model.z_rate), guards, wanted)]
+    guards, observables, loads = observed(model, friction, rows)
+    out = [ca.densify(e) for e in (ca.vertcat(model.u, rate, model.z_rate), guards, observables)]
     mode = ca.vertcat(model.s, model.d, *model.switches.signs, *(spring.variables for spring in model.springs))
     others = tuple(spring.layout for spring in model.springs)
     names = ["rate", "guards", "rows"]
@@ -181,13 +187,13 @@ def observed(model: ContactDynamics, friction: ca.SX, rows: Sequence[sp.Expr]) -
         stored, gained = model.energy(i)
         model.define(stored_energy(c.name), load[i] * stored)
         model.define(dissipated_power(c.name), -friction[i] * w[i] - load[i] * gained)
-    wanted = model.vector(list(rows))
+    observables = model.vector(list(rows))
     _ = model.z_rate  # its kinks are switches with guards, too
     loads = tuple(c.name for c in contacts if _may_lift((c.normal * c.profile).xreplace(model.constants), model))
     guards += model.switches.guards
     guards += [load[i] for i, c in enumerate(contacts) if c.name in loads]
     guards += [guard for spring in model.springs for guard in spring.guards]
-    return (ca.vertcat(*guards) if guards else ca.SX(0, 1)), wanted, loads
+    return (ca.vertcat(*guards) if guards else ca.SX(0, 1)), observables, loads
 
 
 def _gauge(model: ContactDynamics) -> ca.Function:

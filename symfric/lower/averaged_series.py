@@ -58,8 +58,8 @@ def _walk(e: sp.Expr, low: float, high: float) -> sp.Expr:
     others = [a for a in sp.Add.make_args(e) if not a.free_symbols <= {SPEED}]
     together = sp.Add(*alone)
     if together.has(sp.Integral):
-        found = _bounded(together, low, high) if np.isfinite(high) else _unbounded(together, low)
-        together = together if found is None else found
+        series = _bounded(together, low, high) if np.isfinite(high) else _unbounded(together, low)
+        together = together if series is None else series
     return sp.Add(together, *(a if isinstance(a, sp.Integral) else _walk(a, low, high) for a in others))
 
 
@@ -75,7 +75,7 @@ def _branches(e: sp.Piecewise, low: float, high: float) -> sp.Expr:
     return sp.Piecewise(*pieces)
 
 
-def _bound(condition) -> float | None:
+def _bound(condition: sp.Basic) -> float | None:
     """Return b of ``SPEED < b``."""
     if isinstance(condition, sp.core.relational.Relational) and condition.lts == SPEED and condition.gts.is_number:
         return float(condition.gts)
@@ -92,7 +92,7 @@ def _bounded(e: sp.Expr, low: float, high: float) -> sp.Expr | None:
     return chebyshev(sample, SPEED, low, high)
 
 
-def _measured(e: sp.Expr, end: float, side: int) -> Callable:
+def _measured(e: sp.Expr, end: float, side: int) -> Callable[[np.ndarray], np.ndarray]:
     """Return the expression as a function of the distance from one end of an interval, NaN where inaccurate.
 
     An angle acos(x) that begins at the end, x = +-1, is taken as an arcsine of the root of the distance: the rounding
@@ -147,6 +147,7 @@ def _periodic(n: int) -> Rule:
 
     That is the variable of `symfric.model.averaged_law`; over a whole period the angle is pi c.
     """
+    # converges geometrically, see Trefethen and Weideman, SIAM Review 56 (2014)
     c = (np.arange(n) + 0.5) / n
     s = 0.5 - np.sin(np.arcsin(1 - 2 * c) / 3)
     return s, 1 / (6 * s * (1 - s) * n)

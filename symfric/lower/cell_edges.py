@@ -96,11 +96,11 @@ def edges_of(model: "ContactDynamics") -> Edges:
     place = steep @ ca.fabs(q) + still
     near = ca.vertsplit(ca.fabs(h[switches]) <= _ROUNDING * (place + ca.mmax(still)))
     sides = tuple(tuple(_sides(model, i, slopes, group)) if group else () for i, group in enumerate(among))
-    found = Edges(signs, tuple(among), sides, tuple(switches), tuple(near), ca.SX(0, 1))
+    edges = Edges(signs, tuple(among), sides, tuple(switches), tuple(near), ca.SX(0, 1))
     able = ca.fabs(model.solve(ca.SX.eye(q.numel())))
-    forces = able @ _applied(model) + ca.fabs(model.spread) @ _bounds(model, found)
+    forces = able @ _applied(model) + ca.fabs(model.spread) @ _bounds(model, edges)
     sizes = [ca.densify(ca.vertcat(place, steep @ ca.fabs(u), steep @ forces))]
-    return replace(found, sizes=model.unswitched(sizes)[0])
+    return replace(edges, sizes=model.unswitched(sizes)[0])
 
 
 def _sides(model: "ContactDynamics", i: int, slopes: ca.SX, among: tuple[int, ...]) -> list[ca.SX]:

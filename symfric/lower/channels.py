@@ -66,10 +66,10 @@ class Channels:
         K = self.stiffness.copy()
         for factor, matrix in zip(np.array(self.factors(p)).ravel(), self.scaled, strict=True):
             K += factor * matrix
-        found = np.zeros((n_x, n_x))
-        found[:n, n : 2 * n] = np.eye(n)
-        found[n : 2 * n, : 2 * n] = -np.linalg.solve(self.mass, np.hstack([K, self.damping]))
-        return found
+        slopes = np.zeros((n_x, n_x))
+        slopes[:n, n : 2 * n] = np.eye(n)
+        slopes[n : 2 * n, : 2 * n] = -np.linalg.solve(self.mass, np.hstack([K, self.damping]))
+        return slopes
 
     def held(self, m: np.ndarray, free: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return B in a mode, and what sticking adds: columns and rows whose product adds to A0."""

@@ -43,7 +43,7 @@ class Variable:
     expr: sp.Expr
     start: float
     stop: float
-    distances: Callable
+    distances: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
     odd: bool = False
 
 
@@ -59,6 +59,7 @@ class Piece:
 def variables(v: sp.Symbol, low: float, high: float) -> tuple[Variable, ...]:
     """Return the candidate variables, the likeliest first; for low = 0 all are regular there."""
     width, half = high - low, (high - low) / 2
+    # in x with v - low ~ x^4, square and fourth roots at an end of the range are analytic
     root = lambda e: (e / width) ** sp.Rational(1, 4)  # noqa: E731
     to_high = Variable(root(high - v), 0.0, 1.0, lambda x: (width * (1 - x**4), width * x**4))
     if low == 0:
@@ -110,8 +111,8 @@ def _pieces(sample: Samples, variable: Variable) -> list[Piece] | None:
     if not np.isfinite(scale):
         return None
     if variable.odd:
-        found = _odd_piece(sample, variable, scale)
-        return None if found is None else [found]
+        odd = _odd_piece(sample, variable, scale)
+        return None if odd is None else [odd]
     waiting, done = [(variable.start, variable.stop)], []
     while waiting:
         start, stop = waiting.pop()
@@ -127,6 +128,7 @@ def _pieces(sample: Samples, variable: Variable) -> list[Piece] | None:
 
 def _lobatto(n: int, start: float, stop: float) -> np.ndarray:
     """Return the n + 1 extrema of T_n, from `stop` down to `start`, both exact."""
+    # sines instead of cosines: the points are symmetric to the last bit
     x = (start + stop) / 2 + (stop - start) / 2 * np.sin(np.pi / 2 * np.arange(n, -n - 1, -2) / n)
     x[0], x[-1] = stop, start
     return x
@@ -134,6 +136,7 @@ def _lobatto(n: int, start: float, stop: float) -> np.ndarray:
 
 def _coefficients(values: np.ndarray) -> np.ndarray:
     """Return the coefficients of the interpolant through values at the extrema of T_n."""
+    # see Trefethen, Approximation Theory and Approximation Practice, chapter 3
     c = np.fft.rfft(np.concatenate([values, values[-2:0:-1]])).real / (values.size - 1)  # a cosine transform
     c[[0, -1]] /= 2
     return c
@@ -143,6 +146,7 @@ def _piece(sample: Samples, variable: Variable, start: float, stop: float, scale
     middles = start + (stop - start) * (np.arange(61) + 0.5) / 61
     for n in DEGREES:
         c = _coefficients(sample(*variable.distances(_lobatto(n, start, stop))))
+        # the last two, since one of them may vanish by parity
         if np.max(np.abs(c[-2:])) <= RESOLVED * scale:
             c = _shortened(c, scale)
             error = chebval((2 * middles - start - stop) / (stop - start), c) - sample(*variable.distances(middles))

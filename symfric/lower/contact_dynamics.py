@@ -86,7 +86,7 @@ class ContactDynamics:
         constants: Mapping[sp.Symbol, sp.Expr] | None = None,
         free: Mapping[sp.Symbol, ca.SX] | None = None,
         rows: Mapping[sp.Symbol, ca.SX] | None = None,
-    ):
+    ) -> None:
         self.contacts = tuple(c for c in contacts if c.along_line)
         behind = tuple(c for c in contacts if not c.along_line)
         self.system, self.inputs = with_forces(system, behind), tuple(inputs)
@@ -332,12 +332,12 @@ class ContactDynamics:
 
     def friction_unless_held(self, tested: bool) -> ca.SX:
         """Return the friction forces of all contacts but those that hold a constraint, in the mode held by (s, d)."""
-        found = ca.SX(self.sliding)
+        applied = ca.SX(self.sliding)
         for i, contact in enumerate(self.contacts):
             if not contact.law.smooth:
                 given = ca.SX(0) if tested else self.given(i)
-                found[i] = ca.if_else(self.s[i] > 0.5, given, self.sliding[i])
-        return found
+                applied[i] = ca.if_else(self.s[i] > 0.5, given, self.sliding[i])
+        return applied
 
     @property
     def held_by_sticking(self) -> tuple[list[int], ca.SX, ca.SX]:
@@ -373,8 +373,8 @@ class ContactDynamics:
         held, gain = basis.forces(a, drift)
         rate = ca.densify(free + (gain if space is None else space.response @ (pulled + gain)))
         friction = ca.SX(slipping)
-        found = held_velocities(rows, self.mass, basis, drift, ca.vertcat(self.y, self.t), space)
-        for k, flag, own_rate in zip(found.places, found.held, found.rates, strict=True):
+        velocities = held_velocities(rows, self.mass, basis, drift, ca.vertcat(self.y, self.t), space)
+        for k, flag, own_rate in zip(velocities.places, velocities.held, velocities.rates, strict=True):
             rate[k] = ca.if_else(flag, own_rate, rate[k])
         for k, i in enumerate(sticking):
             friction[i] = slipping[i] + held[k]

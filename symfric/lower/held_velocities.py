@@ -89,6 +89,7 @@ def _without_remainder(
     J: ca.SX, mass: ca.SX, basis: ConstraintBasis, places: list[int], moving: ca.SX, space: ContactSpace | None
 ) -> list[ca.SX]:
     """Return whether rows that do not move leave nothing of velocities, in units of equal energy if these are known."""
+    # what the rows leave of a vector without special relations vanishes only where it does for every vector
     generic = ca.SX(1 + np.arange(1, J.columns() + 1) * _GOLDEN % 1)
     moves = ca.depends_on(mass, moving)  # the same velocities are determined whatever the mass
     units = ca.SX.ones(J.columns()) if moves else 1 / ca.sqrt(ca.diag(ca.densify(mass)))

@@ -6,6 +6,7 @@ however narrow.
 """
 
 import itertools
+from collections.abc import Callable
 
 import numpy as np
 import sympy as sp
@@ -46,12 +47,12 @@ def features(law: Law, low: float, high: float, orders: tuple[int, ...] = ORDERS
     """
     breaks = [float(b) for b in law.breaks]
     edges = [0.0, *breaks, np.inf]
-    found = [b for b in breaks if low < b < high]
+    places = [b for b in breaks if low < b < high]
     for piece, (left, right) in zip(pieces_between(law.kinetic, law.breaks), itertools.pairwise(edges), strict=True):
         a, b = max(left, low), min(right, high)
         if a < b:
-            found += _of_piece(piece, a, b, orders)
-    return _apart(np.sort(found), _APART * (high - low))
+            places += _of_piece(piece, a, b, orders)
+    return _apart(np.sort(places), _APART * (high - low))
 
 
 @alone(SYMBOLIC)
@@ -62,9 +63,9 @@ def narrow(law: Law, low: float, high: float, least: float) -> np.ndarray:
     moved outward by its width are returned: between these the law has no detail finer than the distance itself.
     """
     breaks = {float(b) for b in law.breaks}
-    found, bends = features(law, low, high), features(law, low, high, orders=(2,))
+    places, bends = features(law, low, high), features(law, low, high, orders=(2,))
     parts = []
-    for group in np.split(found, np.flatnonzero(np.diff(found) >= least) + 1):
+    for group in np.split(places, np.flatnonzero(np.diff(places) >= least) + 1):
         if group.size > 1:
             width = group[-1] - group[0]
             ends = [group[0] - width, group[0], group[-1], group[-1] + width]
@@ -74,7 +75,7 @@ def narrow(law: Law, low: float, high: float, least: float) -> np.ndarray:
 
 
 def _of_piece(mu: sp.Expr, low: float, high: float, orders: tuple[int, ...]) -> list[float]:
-    found: list[float] = []
+    speeds: list[float] = []
     slope = mu
     for order in range(1, max(orders) + 1):
         slope = sp.diff(slope, SPEED)
@@ -82,10 +83,10 @@ def _of_piece(mu: sp.Expr, low: float, high: float, orders: tuple[int, ...]) -> 
             break
         if order in orders:
             try:
-                found += _zeros(slope, low, high)
+                speeds += _zeros(slope, low, high)
             except Unbounded:
                 return []
-    return found
+    return speeds
 
 
 def _zeros(expr: sp.Expr, low: float, high: float) -> list[float]:
@@ -94,7 +95,7 @@ def _zeros(expr: sp.Expr, low: float, high: float) -> list[float]:
     bound, rise = enclosure(expr, SPEED), enclosure(sp.diff(expr, SPEED), SPEED)
     edges = np.linspace(low, high, _PANELS + 1)
     a, b = edges[:-1], edges[1:]
-    size, found = 0.0, []
+    size, places = 0.0, []
     for _ in range(_DEPTH):
         least, most = bound(a, b)
         with np.errstate(all="ignore"):
@@ -103,21 +104,22 @@ def _zeros(expr: sp.Expr, low: float, high: float) -> list[float]:
         reach = np.maximum(np.abs(least), np.abs(most))
         down, up = rise(a, b)
         kinked = np.isinf(down) | np.isinf(up)
-        found += (0.5 * (a + b))[kinked & (b - a <= _APART * (high - low))].tolist()
+        places += (0.5 * (a + b))[kinked & (b - a <= _APART * (high - low))].tolist()
         flat = np.where(kinked, b - a <= _APART * (high - low), reach * (b - a) <= _FLAT * size * (high - low))
+        # an interval whose enclosure excludes zero holds none, one with a monotone function at most one (Moore, 1966)
         keep = ~((least > 0) | (most < 0) | flat)
         a, b, down, up = a[keep], b[keep], down[keep], up[keep]
         monotone = (down > 0) | (up < 0)
-        found += [root for ends in zip(a[monotone], b[monotone], strict=True) for root in _root(value, *ends)]
+        places += [root for ends in zip(a[monotone], b[monotone], strict=True) for root in _root(value, *ends)]
         a, b = a[~monotone], b[~monotone]
         if not a.size or a.size > _MANY:
             break
         middle = 0.5 * (a + b)
         a, b = np.concatenate([a, middle]), np.concatenate([middle, b])
-    return [v for v in found if low < v < high]
+    return [v for v in places if low < v < high]
 
 
-def _root(value, a: float, b: float) -> list[float]:
+def _root(value: Callable[[float], float], a: float, b: float) -> list[float]:
     ends = float(value(a)), float(value(b))
     if not all(np.isfinite(ends)) or ends[0] * ends[1] > 0:
         return []
@@ -126,7 +128,7 @@ def _root(value, a: float, b: float) -> list[float]:
     return [float(brentq(value, a, b, xtol=1e-15 * b, rtol=1e-14))]
 
 
-def _apart(found: np.ndarray, least: float) -> np.ndarray:
-    if not found.size:
-        return found
-    return found[np.insert(np.diff(found) > least, 0, True)]
+def _apart(speeds: np.ndarray, least: float) -> np.ndarray:
+    if not speeds.size:
+        return speeds
+    return speeds[np.insert(np.diff(speeds) > least, 0, True)]

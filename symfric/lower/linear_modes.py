@@ -28,7 +28,7 @@ class Oscillator:
     data : casadi.Function
         ``(p, unused) -> numbers``: a_x, a_u, a_0 (the acceleration without friction is a_x x + a_u u + a_0), J/m, J and
         c (the slip is J u + c), load, static coefficient; for each branch of the law the speed where it ends and the
-        two numbers of ``mu_0 + mu_1 v``; for each wanted row its value at 0 and its slopes in x, u and the friction.
+        two numbers of ``mu_0 + mu_1 v``; for each observable its value at 0 and its slopes in x, u and the friction.
     parameters : tuple of Symbol
         Order of the entries of p.
     branches : int
@@ -128,7 +128,7 @@ def lines_of(law: Law) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
     if kinetic.has(sp.Integral):
         raise NoRoute("the friction law is a mean over fast vibration, not straight lines")
     pieces = kinetic.args if isinstance(kinetic, sp.Piecewise) else [(kinetic, sp.true)]
-    found = []
+    lines = []
     for k, (e, condition) in enumerate(pieces):
         end = law.breaks[k] if k < len(pieces) - 1 and k < len(law.breaks) else sp.oo
         slope = sp.diff(e, SPEED)
@@ -136,8 +136,8 @@ def lines_of(law: Law) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
             raise NoRoute("the friction law is not made of straight lines")
         if condition != sp.true and condition not in (SPEED < end, end > SPEED, SPEED <= end, end >= SPEED):
             raise NoRoute("the branches of the friction law do not follow its breaks")
-        found.append((end, e.subs(SPEED, 0), slope))
-    return found
+        lines.append((end, e.subs(SPEED, 0), slope))
+    return lines
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,7 @@ class Matrices:
         ``(p, m) -> numbers``: the entries of the matrices that are not zero in every mode, then the slopes of all rows
         in time, and their rest.
     rows, columns : tuple of int
-        Of the entries: those of the rates first, column by column; states and wanted rows as in `Automaton.field`.
+        Of the entries: those of the rates first, column by column; states and observables as in `Automaton.field`.
     n_r : int
         Number of rows.
     """
@@ -256,7 +256,7 @@ _MOST = 40  # most functions of time; larger matrices are much slower than Taylo
 class _Clock:
     """Additional states for functions of time, with their start and rate."""
 
-    def __init__(self, moving: set[sp.Symbol]):
+    def __init__(self, moving: set[sp.Symbol]) -> None:
         self._moving = moving
         self.states: dict[sp.Symbol, tuple[float, sp.Expr]] = {}
 
@@ -265,10 +265,10 @@ class _Clock:
         e = sp.sympify(e)
         if TIME not in e.free_symbols:
             return e
-        found = self._read(e)
-        if any(not p.free_symbols.isdisjoint(self.states) for p in found.atoms(sp.Piecewise)):
+        graph = self._read(e)
+        if any(not p.free_symbols.isdisjoint(self.states) for p in graph.atoms(sp.Piecewise)):
             raise NoRoute("a Piecewise holds functions of time, which would be states and continuous with time only")
-        return found
+        return graph
 
     def _read(self, e: sp.Expr) -> sp.Expr:
         waves = {w: self._wave(w) for w in e.atoms(sp.sin, sp.cos) if TIME in w.free_symbols}

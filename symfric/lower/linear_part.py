@@ -1,6 +1,7 @@
 """The matrices of a system as CasADi graphs: constants in them, no symbols."""
 
 from collections.abc import Callable
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -44,7 +45,7 @@ def applied_in(part: LinearPart, read: Callable[[sp.Expr], ca.SX], q: ca.SX, u: 
     return total
 
 
-def _numbers(matrix) -> ca.DM:
+def _numbers(matrix: Any) -> ca.DM:
     """Return a matrix of numbers, sparse."""
     import scipy.sparse as sps  # slow to import
 

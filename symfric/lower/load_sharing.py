@@ -9,6 +9,7 @@ import sympy as sp
 
 from symfric.lower.constraint_forces import DISTINCT, HOLDS, SHARES
 from symfric.model.symbols import TIME
+from symfric.model.system import System
 
 _NO_BOUND = 1e-290  # added to bounds that may vanish, so that the share of one alone is the whole
 _NEARLY = 1e-6  # relative remainder of a row, orthogonal to others, below which it counts as dependent
@@ -25,7 +26,7 @@ def parallels(model: "ContactDynamics") -> list[tuple[int, float | sp.Expr]]:
     contacts, u = model.contacts, model.system.u
     rows = [_row(c.slip, u) for c in contacts] if not model.system.rows else [None for _ in contacts]
     moving = {*model.system.states, TIME, *model.inputs}
-    found = []
+    roots = []
     for i, c in enumerate(contacts):
         before = [k for k in range(i) if not contacts[k].law.smooth]
         if model.system.rows:
@@ -33,8 +34,8 @@ def parallels(model: "ContactDynamics") -> list[tuple[int, float | sp.Expr]]:
         else:
             ratios = ((k, _ratio(rows[i], rows[k], c.slip, contacts[k].slip, moving)) for k in before)
         alike = ((k, r) for k, r in ratios if r is not None)
-        found.append((i, 1.0) if c.law.smooth else next(alike, (i, 1.0)))
-    return found
+        roots.append((i, 1.0) if c.law.smooth else next(alike, (i, 1.0)))
+    return roots
 
 
 def dependent(model: "ContactDynamics") -> list[bool]:
@@ -44,7 +45,7 @@ def dependent(model: "ContactDynamics") -> list[bool]:
     """
     groups = [k for k, _ in model.parallels]
     rigid = {k: c.slip for k, c in enumerate(model.contacts) if not c.law.smooth}
-    slopes: dict[int, list | np.ndarray] = {k: _slopes(model, slip) for k, slip in rigid.items()}
+    slopes: dict[int, Sequence[sp.Expr] | np.ndarray] = {k: _slopes(model, slip) for k, slip in rigid.items()}
     sets = [({k}, {j for j, e in enumerate(slopes[k]) if e != 0}) for k in dict.fromkeys(groups) if k in slopes]
     joined: list[tuple[set[int], set[int]]] = []
     for group, velocities in sets:
@@ -52,32 +53,32 @@ def dependent(model: "ContactDynamics") -> list[bool]:
             joined.remove(other)
             group, velocities = group | other[0], velocities | other[1]
         joined.append((group, velocities))
-    found = set().union(*(_in_a_circuit({k: slopes[k] for k in group}) for group, _ in joined))
-    return [k in found for k in groups]
+    in_circuit = set().union(*(_in_a_circuit({k: slopes[k] for k in group}) for group, _ in joined))
+    return [k in in_circuit for k in groups]
 
 
-def _in_a_circuit(slopes: Mapping[int, list | np.ndarray]) -> set[int]:
+def _in_a_circuit(slopes: Mapping[int, Sequence[sp.Expr] | np.ndarray]) -> set[int]:
     """Return the rows that depend linearly on others, or nearly; all of them unless they are numbers."""
     if len(slopes) < 2:
         return set()
     if not all(isinstance(row, np.ndarray) or all(e.is_number for e in row) for row in slopes.values()):
         return set(slopes)
     rows = {k: np.array(row, dtype=float) for k, row in slopes.items()}
-    found = set()
+    rows_in_circuit = set()
     for k, row in rows.items():
         others = np.array([r / np.linalg.norm(r) for j, r in rows.items() if j != k]).T
         left = row - others @ np.linalg.lstsq(others, row, rcond=None)[0]
         if np.linalg.norm(left) <= _NEARLY * np.linalg.norm(row):
-            found.add(k)
-    return found
+            rows_in_circuit.add(k)
+    return rows_in_circuit
 
 
-def _slopes(model: "ContactDynamics", slip: sp.Expr) -> list | np.ndarray:
-    found = model.system.slopes(slip)
-    return found if isinstance(found, np.ndarray) else [e.xreplace(model.constants) for e in found]
+def _slopes(model: "ContactDynamics", slip: sp.Expr) -> Sequence[sp.Expr] | np.ndarray:
+    row = model.system.slopes(slip)
+    return row if isinstance(row, np.ndarray) else [e.xreplace(model.constants) for e in row]
 
 
-def _ratio_of_rows(system, slip: sp.Expr, other: sp.Expr) -> float | None:
+def _ratio_of_rows(system: System, slip: sp.Expr, other: sp.Expr) -> float | None:
     """Return what a slip is over another, each a row of numbers and a speed; None unless that never changes."""
     row, rest = system.slopes(slip), system.slopes(other)
     if not (isinstance(row, np.ndarray) and isinstance(rest, np.ndarray)):
@@ -150,13 +151,13 @@ def rooms_left(model: "ContactDynamics", friction: ca.SX) -> tuple[ca.SX, list[t
 
     back = shared(-1)
     forth = shared(1) if edges.switches else back
-    rooms, found = [], ca.SX(back[1])
+    rooms, least = [], ca.SX(back[1])
     for i, s in enumerate(same):
         (low_bounds, behind), (high_bounds, ahead) = (back, forth) if s > 0 else (forth, back)
         rooms.append((low_bounds[i] - behind[i], high_bounds[i] + ahead[i]))
         if edges.switches and [k for k, _ in groups].count(groups[i][0]) > 1:
-            found[i] = ca.if_else(s * back[1][i] >= 0, back[1][i], forth[1][i])
-    return found, rooms
+            least[i] = ca.if_else(s * back[1][i] >= 0, back[1][i], forth[1][i])
+    return least, rooms
 
 
 def _in_proportion(

@@ -121,11 +121,11 @@ class ModeLayout:
     @property
     def other_guards(self) -> list[tuple[int, int]]:
         """For each guard of the other contacts, the index of the contact and of its first variable in m, or -1."""
-        found, first = [], self.first_variable
+        owners, first = [], self.first_variable
         for k, contact in enumerate(self.others):
-            found += [(k, first if contact.variables else -1)] * contact.guards
+            owners += [(k, first if contact.variables else -1)] * contact.guards
             first += contact.variables
-        return found
+        return owners
 
     @property
     def slips(self) -> slice:
@@ -158,11 +158,11 @@ class ModeLayout:
     @property
     def shown(self) -> list[int]:
         """Indices in m of the first variable of every other contact that has one."""
-        found, first = [], self.first_variable
+        entries, first = [], self.first_variable
         for contact in self.others:
-            found += [first] if contact.variables else []
+            entries += [first] if contact.variables else []
             first += contact.variables
-        return found
+        return entries
 
     def is_along_line(self, g: int) -> bool:
         """Whether a guard is one of a contact that slips along a line."""
@@ -192,16 +192,6 @@ class ModeLayout:
 def slip_gap(i: int) -> int:
     """Return the row of the slip of contact i among the relaxed guards."""
     return GAPS * i
-
-
-def backward_gap(i: int) -> int:
-    """Return the row of the reserve against backward slip."""
-    return GAPS * i + 1
-
-
-def forward_gap(i: int) -> int:
-    """Return the row of the reserve against forward slip."""
-    return GAPS * i + 2
 
 
 def gaps(i: int) -> range:

@@ -17,7 +17,7 @@ from symfric.errors import SceneError
 from symfric.lower.chebyshev import ChebyshevSeries
 from symfric.model.numeric import gauss_legendre
 
-_UNARY: dict[type, Callable] = {
+_UNARY: dict[type, Callable[[ca.SX], ca.SX]] = {
     sp.exp: ca.exp,
     sp.log: ca.log,
     sp.sin: ca.sin,
@@ -52,13 +52,13 @@ class Switches:
     signs: list[ca.SX] = field(default_factory=list)
     quantities: list[ca.SX] = field(default_factory=list)
     guards: list[ca.SX] = field(default_factory=list)  # sign * quantity, positive while the sign is right
-    _known: dict = field(default_factory=dict)
+    _known: dict[sp.Expr, ca.SX] = field(default_factory=dict)
 
     def copy(self) -> "Switches":
         """Return a copy, to which switches can be added."""
         return Switches([*self.signs], [*self.quantities], [*self.guards], dict(self._known))
 
-    def of(self, quantity: ca.SX, key) -> ca.SX:
+    def of(self, quantity: ca.SX, key: sp.Expr) -> ca.SX:
         """Return the sign of `quantity` as data; the same `key` gives the same switch."""
         if key not in self._known:
             sign = ca.SX.sym(f"sigma_{len(self.signs)}")
@@ -93,7 +93,7 @@ class Printer:
     switches: Switches
     scope: str = ""
     nodes: tuple[tuple[sp.Symbol, sp.Expr, sp.Expr, float], ...] = ()
-    _memo: dict = field(default_factory=dict)
+    _memo: dict[sp.Expr, ca.SX] = field(default_factory=dict)
 
     def copy(self, moving: set[sp.Symbol], switches: Switches) -> "Printer":
         """Return a copy with the same cache, to which symbols can be added."""
@@ -103,12 +103,12 @@ class Printer:
         """Return the SX of a scalar expression."""
         return self._print(sp.sympify(expr))
 
-    def _print(self, e) -> ca.SX:
+    def _print(self, e: sp.Expr) -> ca.SX:
         if e not in self._memo:
             self._memo[e] = self._convert(e)
         return self._memo[e]
 
-    def _convert(self, e) -> ca.SX:
+    def _convert(self, e: sp.Expr) -> ca.SX:
         if isinstance(e, sp.Symbol):
             if e not in self.symbols:
                 raise SceneError(f"no value for {e}; add it to Scene.values")
@@ -137,7 +137,7 @@ class Printer:
             return ca.atan2(self._print(e.args[0]), self._print(e.args[1]))
         raise SceneError(f"{type(e).__name__} in {e} has no translation to CasADi; rewrite it with known functions")
 
-    def _product(self, e) -> ca.SX:
+    def _product(self, e: sp.Expr) -> ca.SX:
         factor, rest = e.as_coeff_Mul()
         if not _LITTLE < abs(factor) < _LARGE and rest.has(sp.exp):  # SymPy writes exp(900 - t/w) as a product
             factors = list(sp.Mul.make_args(rest))
@@ -154,7 +154,7 @@ class Printer:
         top = _fold(over)
         return top / _fold(under) if under else top
 
-    def _power(self, e) -> ca.SX:
+    def _power(self, e: sp.Expr) -> ca.SX:
         base, exponent = e.args
         if base is sp.E:
             return ca.exp(self._print(exponent))
@@ -188,14 +188,14 @@ class Printer:
             parts = tuple(e.xreplace({variable: low + (high - low) * node}) for e in parts)
         return self.switches.of(quantity, (self.scope, *parts))
 
-    def _moves(self, e) -> bool:
+    def _moves(self, e: sp.Expr) -> bool:
         return bool(e.free_symbols & self.moving)
 
-    def _absolute(self, a) -> ca.SX:
+    def _absolute(self, a: ca.SX) -> ca.SX:
         x = self._print(a)
         return self._switch(x, a) * x if self._moves(a) else ca.fabs(x)
 
-    def _extreme(self, e) -> ca.SX:
+    def _extreme(self, e: sp.Expr) -> ca.SX:
         larger = isinstance(e, sp.Max)
         result, so_far = self._print(e.args[0]), e.args[0]
         for a in e.args[1:]:
@@ -209,7 +209,7 @@ class Printer:
             so_far = e.func(so_far, a)
         return result
 
-    def _piecewise(self, e) -> ca.SX:
+    def _piecewise(self, e: sp.Expr) -> ca.SX:
         if e.args[-1].cond != sp.true:
             raise SceneError(f"the Piecewise {e} has no last branch with the condition True")
         result = self._print(e.args[-1].expr)
@@ -217,7 +217,7 @@ class Printer:
             result = ca.if_else(self._condition(piece.cond), self._print(piece.expr), result)
         return result
 
-    def _condition(self, c) -> ca.SX:
+    def _condition(self, c: sp.Basic) -> ca.SX:
         if c in (sp.true, sp.false):
             return ca.SX(1 if c == sp.true else 0)
         if isinstance(c, sp.And | sp.Or):

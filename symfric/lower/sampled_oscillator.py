@@ -22,7 +22,7 @@ class Record:
     data : casadi.Function
         ``(p, unused) -> numbers``: damping, stiffness, input, constant force, kinetic and static friction, all over the
         mass; for each cell of the friction profile its edges, and the coefficient at u = 0 and the slope of its line;
-        for each wanted row its slopes in u, w, friction over the mass and input, and its constant.
+        for each observable its slopes in u, w, friction over the mass and input, and its constant.
     parameters : tuple of Symbol
         Order of the entries of p.
     signal : Signal
@@ -126,7 +126,7 @@ def _folded(e: sp.Expr, q: sp.Symbol) -> sp.Expr:
     return sp.Piecewise((-e, q < q - e), (e, True))
 
 
-def _upper_edge(condition, q: sp.Symbol) -> sp.Expr | None:
+def _upper_edge(condition: sp.Basic, q: sp.Symbol) -> sp.Expr | None:
     """Return the edge below which a branch holds, None if its condition has another form."""
     if condition == sp.true:
         return sp.oo

@@ -11,6 +11,7 @@ entries as contacts and outputs need. A sticking contact therefore costs no more
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -39,7 +40,7 @@ class StructureMatrices(Matrices):
 
     The data are ``(p, m) -> (entries of D, d_1, d_0, factors s_k)``, the columns of D as above, the rows: phi, rates of
     first-order states, rates that contacts hold which depend on one velocity alone, for each of `joint` whether
-    contacts hold it together and its rate then, guards, rows wanted.
+    contacts hold it together and its rate then, guards, observables.
 
     Attributes
     ----------
@@ -69,7 +70,7 @@ class StructureMatrices(Matrices):
 def structure_matrices(
     scene: Scene, rows: Sequence[sp.Expr], varied: frozenset[str] = frozenset()
 ) -> StructureMatrices:
-    """Return the equations of a scene from matrices, and of the rows wanted.
+    """Return the equations of a scene from matrices, and of the observables.
 
     Raises
     ------
@@ -100,18 +101,18 @@ def structure_matrices(
     spread = np.linalg.solve(mass, pushes.T).T
     felt = ca.SX.sym("b", 0 if space is None else space.felt.rows())
     phi, friction, together = _forces(model, space, unheld, felt, spread, slips, loads)
-    guards, wanted, _ = observed(model, friction, rows)
+    guards, observables, _ = observed(model, friction, rows)
     held = [-model.drift[i] / factor if place >= 0 else ca.SX(0) for i, (place, factor) in _anchors(model)]
     held += [e for pair in zip(together.held, together.rates, strict=True) for e in pair]
     forces = ca.vertcat(phi, model.z_rate, *held)
-    out = ca.vertcat(forces, guards, wanted)
+    out = ca.vertcat(forces, guards, observables)
     own = tuple(k for k in range(model.y.numel()) if ca.depends_on(out, model.y[k]))
     order = [k for of in ("q", "u") for k, s in enumerate(part.rows) if part.rows[s].of == of]
     given = ca.vertcat(feel[order], model.y[list(own)], felt)
     mode = ca.vertcat(model.s, model.d, *model.switches.signs, *(s.variables for s in model.springs))
     factors = ca.vertcat(*(model.read(e) for e, _ in part.scaled))
     words = "the forces or a friction law are", "a guard is", "a wanted output is"
-    parts = list(zip((forces, guards, wanted), words, strict=True))
+    parts = list(zip((forces, guards, observables), words, strict=True))
     small = matrices_of(parts, given, model.t, model.p, mode, factors)
     response = np.zeros((0, n)) if space is None else space.response.full().T
     rows_of = {of: [r.weights for r in part.rows.values() if r.of == of] for of in ("q", "u")}
@@ -129,10 +130,10 @@ def structure_matrices(
 
 
 def _slips(model: ContactDynamics) -> np.ndarray:
-    found = [model.system.slopes(c.slip) for c in model.contacts]
-    if not all(isinstance(row, np.ndarray) for row in found):
+    rows = [model.system.slopes(c.slip) for c in model.contacts]
+    if not all(isinstance(row, np.ndarray) for row in rows):
         raise OtherForm("a slip depends on parameters other than by a speed")
-    return np.array(found, dtype=float).reshape(-1, model.q.numel())
+    return np.array(rows, dtype=float).reshape(-1, model.q.numel())
 
 
 def _anchors(model: ContactDynamics) -> list[tuple[int, tuple[int, float]]]:
@@ -181,17 +182,17 @@ def _operators(part: LinearPart) -> tuple[np.ndarray, np.ndarray]:
     own = [part.K] if part.C is None else [part.K, part.C]
     empty = [sps.csr_array((n, n))] * (len(own) - 1)
     stacks = [sps.hstack(e) for e in (own, *([A, *empty] for _, A in part.scaled))]
-    found = [-_accelerations(part.M, e) for e in stacks]
-    filled = sum((abs(e) for e in found[1:]), start=abs(found[0])).tocoo()
+    operators = [-_accelerations(part.M, e) for e in stacks]
+    filled = sum((abs(e) for e in operators[1:]), start=abs(operators[0])).tocoo()
     if filled.nnz > _DENSE * filled.shape[0] * filled.shape[1]:
-        return np.array([e.toarray().T.ravel() for e in found]), np.zeros((0, 2), dtype=np.int64)
+        return np.array([e.toarray().T.ravel() for e in operators]), np.zeros((0, 2), dtype=np.int64)
     order = np.argsort(filled.coords[1], kind="stable")  # one sum does not wait for its own last term
     rows, columns = (e[order] for e in filled.coords)
-    entries = np.array([e.tocsr()[rows, columns] for e in found]).reshape(len(found), -1)
+    entries = np.array([e.tocsr()[rows, columns] for e in operators]).reshape(len(operators), -1)
     return entries, np.column_stack([rows, columns]).astype(np.int64)
 
 
-def _accelerations(mass, forces):
+def _accelerations(mass: Any, forces: Any) -> Any:
     """Return M^-1 forces, sparse."""
     import scipy.sparse as sps
 

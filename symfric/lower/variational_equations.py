@@ -11,13 +11,14 @@ Systems, section 7.5. A contact that sticks from there on holds its slip at zero
 """
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import casadi as ca
 import sympy as sp
 
-from symfric.lower.automaton import Automaton
+from symfric.lower.automaton import Automaton, arguments_of
 from symfric.lower.constraint_forces import HOLDS, hold
 from symfric.lower.printer import Printer, Switches
 from symfric.model.scene import Scene
@@ -76,12 +77,12 @@ def varied(
     followed : int
         Number of observables with derivatives.
     second : bool
-        Whether second derivatives are wanted; they hold as long as no event occurs.
+        Whether second derivatives are appended; they hold as long as no event occurs.
     """
     field, n_s = automaton.field, len(directions)
-    n_x, n_p = field.nnz_in(0), field.nnz_in(2)
-    y, V, t = ca.SX.sym("y", n_x), ca.SX.sym("V", n_x, n_s), ca.SX.sym("t")
-    p, m = ca.SX.sym("p", n_p), ca.SX.sym("m", field.nnz_in(3))
+    y, t, p, m = arguments_of(field)
+    n_x, n_p = y.numel(), p.numel()
+    V = ca.SX.sym("V", n_x, n_s)
     names = [s.name for s in automaton.parameters]
     chosen = ca.SX(n_p, n_s)
     for k, name in enumerate(directions):
@@ -96,19 +97,23 @@ def varied(
         return ca.jtimes(e, both, ca.vertcat(V, chosen)) if n_s else ca.SX(e.numel(), 0)
 
     rate, guards, rows = field(y, t, p, m)
-    flat = lambda e: ca.vec(ca.densify(e).T)  # noqa: E731, row by row
+
+    def flat(e: ca.SX) -> ca.SX:
+        """Return the entries row by row."""
+        return ca.vec(ca.densify(e).T)
+
     pairs = tuple(itertools.combinations_with_replacement(range(n_s), 2)) if second else ()
     W = ca.SX.sym("W", n_x, len(pairs))
 
     def columns(e: ca.SX) -> ca.SX:
         """Return the first and second derivatives of an expression of y, one column each."""
         first = ca.densify(along(e))
-        found = [first]
+        parts = [first]
         for k, (i, j) in enumerate(pairs):
             e_i = first[:, i]
             rise = ca.jacobian(e_i, y) @ V[:, j] + ca.jacobian(e_i, p) @ chosen[:, j] + ca.jacobian(e, y) @ W[:, k]
-            found.append(ca.densify(rise))
-        return ca.horzcat(*found)
+            parts.append(ca.densify(rise))
+        return ca.horzcat(*parts)
 
     state = ca.vertcat(y, ca.vec(V), ca.vec(W))
     out = [ca.vertcat(rate, ca.vec(columns(rate))), guards, ca.vertcat(rows, flat(columns(rows[:followed])))]
@@ -130,7 +135,17 @@ def varied(
     )
 
 
-def _jump(automaton: Automaton, y: ca.SX, V, W, t: ca.SX, p: ca.SX, along, flat, followed) -> ca.Function:
+def _jump(
+    automaton: Automaton,
+    y: ca.SX,
+    V: ca.SX,
+    W: ca.SX,
+    t: ca.SX,
+    p: ca.SX,
+    along: Callable[[ca.SX], ca.SX],
+    flat: Callable[[ca.SX], ca.SX],
+    followed: int,
+) -> ca.Function:
     layout, n_c = automaton.layout, len(automaton.contacts)
     n_m, n_g = layout.n_mode, layout.n_guards
     before, after, hit = ca.SX.sym("before", n_m), ca.SX.sym("after", n_m), ca.SX.sym("hit", n_g)
@@ -202,5 +217,5 @@ def starts_of(
     return ca.Function("start", [p], [ca.densify(ca.vertcat(*columns))])
 
 
-def _slope(e, symbols: Sequence[sp.Symbol], fixed: Mapping[sp.Symbol, float]) -> sp.Expr:
+def _slope(e: Any, symbols: Sequence[sp.Symbol], fixed: Mapping[sp.Symbol, float]) -> sp.Expr:
     return sp.sympify(e).diff(*symbols).xreplace({s: sp.Float(v) for s, v in fixed.items()})

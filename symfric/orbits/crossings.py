@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symfric.errors import SceneError
-from symfric.solve.run import Path
+from symfric.solve.path import Path
 
 _DEGREE = 24  # degree of the Chebyshev polynomials; a part on which they do not resolve the function is halved
 _RESOLVED = 1e-12  # size of the last coefficients, relative to the largest value, of a resolved function

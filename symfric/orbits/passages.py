@@ -25,11 +25,12 @@ from symfric.orbits.sizes import filled
 from symfric.orbits.variations import Variations
 from symfric.solve.loop.model import series_model
 from symfric.solve.loop.workspace import LoopArrays
-from symfric.solve.observables import Wanted
+from symfric.solve.observables import Observables
 from symfric.solve.status import Status, early_end
+from symfric.solve.taylor.derivatives import model_with_derivatives
 from symfric.solve.taylor.expansion import is_branching
-from symfric.solve.taylor.route import MARGIN, Taylor, order_for, variants_of
-from symfric.solve.taylor.sensitive_route import sensitive_model
+from symfric.solve.taylor.program import MARGIN, order_for, variants_of
+from symfric.solve.taylor.route import Taylor
 
 # budgets of one period; a motion off its orbit may need very many steps
 BUDGETS = Taylor(max_steps=50_000, max_events=5_000)
@@ -126,9 +127,9 @@ def runs_of(scene: Scene, automaton: Automaton, parameters: tuple[str, ...], tol
     return DirectedRuns(scene, automaton, parameters, tolerance)
 
 
-def _wanted(automaton: Automaton, scene: Scene) -> Wanted:
+def _wanted(automaton: Automaton, scene: Scene) -> Observables:
     rows = [Row(RANGE, s) for s in scene.system.states]
-    return Wanted((*[Row(TURN, sp.S.Zero)] * slip_gap(len(automaton.contacts)), *rows), {}, False, True)
+    return Observables((*[Row(TURN, sp.S.Zero)] * slip_gap(len(automaton.contacts)), *rows), {}, False, True)
 
 
 class DirectedRuns:
@@ -140,7 +141,8 @@ class DirectedRuns:
         self._slots = n_x if n_x <= MANY else _SLOTS
         directions = (*automaton.states[: self._slots], *parameters)  # the states' columns start with what a run needs
         variations = varied(automaton, scene, directions, slip_gap(len(automaton.contacts)))
-        self._model, _ = sensitive_model(scene, variations, _wanted(automaton, scene), tolerance, BUDGETS)
+        wanted = _wanted(automaton, scene)
+        self._model, _ = model_with_derivatives(scene, variations, wanted, tolerance, BUDGETS)
         self._starts = [self._columns(k) for k in range(0, n_x, self._slots)]
 
     def follow(self, y: np.ndarray, p: np.ndarray, time: float) -> Followed:

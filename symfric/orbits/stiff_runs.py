@@ -15,9 +15,9 @@ from symfric.model.outputs import HalfRange
 from symfric.model.scene import Scene
 from symfric.orbits.passages import Followed, Passage
 from symfric.orbits.sizes import filled
+from symfric.solve.integrators.implicit.varied_motion import VariedMotion
 from symfric.solve.integrators.program import IntegratorsProgram
 from symfric.solve.integrators.route import Integrators
-from symfric.solve.integrators.varied_motion import VariedMotion
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.status import Status, early_end
 
@@ -43,10 +43,8 @@ class StiffRuns:
         self._lifted, self._automaton = automaton, automaton_of(lowered.dynamics, [])
         self._scene, self._parameters, self._tolerance = scene, parameters, max(tolerance, _FINEST)
         self._motion = VariedMotion(self._automaton, lowered, (*automaton.states, *parameters), 0, self._tolerance)
-        ranges = scene.wanting({s.name: HalfRange(s) for s in scene.system.states})
-        self._plain = IntegratorsProgram(
-            ranges, max(self._tolerance, _EXTREMES), Integrators("cvodes"), frozenset(parameters)
-        )
+        ranges = lowered.wanting({s.name: HalfRange(s) for s in scene.system.states})
+        self._plain = IntegratorsProgram(ranges, max(self._tolerance, _EXTREMES), Integrators("cvodes"))
 
     def follow(self, y: np.ndarray, p: np.ndarray, time: float) -> Followed:
         """See `symfric.orbits.passages.Runs`."""

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from typing import Any, NamedTuple
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -14,9 +14,12 @@ from symfric.model.outputs import INTEGRAL, RANGE
 from symfric.model.results import BY_NAME, ArrayResult, Labelled, as_plain
 from symfric.model.scene import Scene
 from symfric.solve.case_values import CaseValues
-from symfric.solve.observables import wanted_of
+from symfric.solve.observables import observables_of
 from symfric.solve.run import Run
 from symfric.solve.status import ADVICE, Status
+
+if TYPE_CHECKING:
+    pass
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,26 +126,28 @@ class Batch(ArrayResult):
         return f"Batch({len(self)} cases{f', {lost} failed' if lost else ''}; outputs: {names})"
 
 
-def _over_cases(name: str, rows: np.ndarray) -> tuple:
+def _over_cases(name: str, rows: np.ndarray) -> tuple[Any, np.ndarray]:
     return ("case", rows) if rows.ndim == 1 else ((f"{name}_index", "case"), rows)
 
 
 def merged(cases: CaseValues, parts: list[tuple[np.ndarray, Batch]]) -> Batch:
     """Return the batch of all cases from those of some of them each, told which."""
 
-    def joined(of) -> dict[str, np.ndarray]:
+    def joined(of: Callable[[Batch], Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
         names = dict.fromkeys(name for _, part in parts for name in of(part))
         return {name: _spread(cases.size, [(m, of(part).get(name)) for m, part in parts]) for name in names}
 
     rows = joined(lambda part: {"final": part.final, "t_final": part.t_final, "status": part.status})
     outputs, stats = joined(lambda part: part.outputs), joined(lambda part: part.stats)
     ends = joined(lambda part: part.sensitivities)
-    of_outputs = {
-        name: joined(lambda part, name=name: part.output_sensitivities[name])
-        for name in parts[0][1].output_sensitivities
-    }
-    found = rows["final"], rows["t_final"], rows["status"], stats, parts[0][1].names, cases.given()
-    return Batch(outputs, *found, ends, of_outputs)
+    names = parts[0][1].output_sensitivities
+    of_outputs = {name: joined(partial(_of_output, name)) for name in names}
+    of_cases = rows["final"], rows["t_final"], rows["status"], stats, parts[0][1].names, cases.given()
+    return Batch(outputs, *of_cases, ends, of_outputs)
+
+
+def _of_output(name: str, batch: Batch) -> dict[str, np.ndarray]:
+    return batch.output_sensitivities[name]
 
 
 def _spread(size: int, parts: list[tuple[np.ndarray, np.ndarray | None]]) -> np.ndarray:
@@ -186,8 +191,8 @@ def make_batch(
     """Return the batch of some cases from what was found, with the cases last, of the rows of the outputs."""
     lost = ~reached(status)
     final = np.where(lost, np.nan, final)
-    found = _Runs(final, _Rows(rows, rest))
-    outputs = {name: np.where(lost, np.nan, output.value(found, name)) for name, output in scene.outputs.items()}
+    runs = _Runs(final, _Rows(rows, rest))
+    outputs = {name: np.where(lost, np.nan, output.value(runs, name)) for name, output in scene.outputs.items()}
     names = tuple(s.name for s in scene.system.states)
     return Batch(outputs, final, t_final, status, stats, names, cases.given())
 
@@ -220,18 +225,18 @@ def batch_of_runs(
         except SceneError as reason:
             raise SceneError(f"case {k}: {reason}") from None
 
-    def told(found: Run) -> Run:
+    def told(finished: Run) -> Run:
         nonlocal done
         done += 1
         if progress is not None:
             progress(done / cases.size)
-        return found
+        return finished
 
     if threads == 1 or cases.size <= 1:
         runs = [told(one(k)) for k in range(cases.size)]
     else:
         with ThreadPoolExecutor(threads) as crew:
-            runs = [told(found) for found in crew.map(one, range(cases.size))]
+            runs = [told(finished) for finished in crew.map(one, range(cases.size))]
     final = np.array([r.final for r in runs]).reshape(-1, len(scene.system.states)).T
     t_final, rest = np.array([r.t_final for r in runs]), np.array([r.raw.rest for r in runs])
     status = np.array([int(r.status) for r in runs], dtype=np.int64)
@@ -245,7 +250,7 @@ def _derivatives_of(runs: list[Run]) -> dict[str, Any]:
     lost = ~reached(np.array([int(r.status) for r in runs]))
     ends, outputs = [r.sensitivities for r in runs], [r.output_sensitivities for r in runs]
 
-    def rows(values: list) -> np.ndarray:
+    def rows(values: list[Any]) -> np.ndarray:
         return np.where(lost, np.nan, np.moveaxis(np.array(values, dtype=float), 0, -1))
 
     of_outputs = {name: {d: rows([e[name][d] for e in outputs]) for d in outputs[0][name]} for name in outputs[0]}
@@ -253,12 +258,12 @@ def _derivatives_of(runs: list[Run]) -> dict[str, Any]:
 
 
 def _rows_of(scene: Scene, runs: list[Run]) -> dict[str, Any]:
-    wanted = wanted_of(scene)
-    found: dict[str, Any] = {}
-    for name, k in wanted.row.items():
-        row, values = wanted.rows[k], [r.raw.rows[name] for r in runs]
+    observables = observables_of(scene)
+    rows: dict[str, Any] = {}
+    for name, k in observables.row.items():
+        row, values = observables.rows[k], [r.raw.rows[name] for r in runs]
         if row.kind == RANGE:
-            found[name] = tuple(np.array(values).reshape(-1, 2).T)
+            rows[name] = tuple(np.array(values).reshape(-1, 2).T)
         else:
-            found[name] = np.array(values).T if row.kind == INTEGRAL else np.array(values).reshape(-1, len(row.times)).T
-    return found
+            rows[name] = np.array(values).T if row.kind == INTEGRAL else np.array(values).reshape(-1, len(row.times)).T
+    return rows

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -21,7 +22,7 @@ from symfric.solve.status import Status
 class SceneFunction(ca.Callback):
     """CasADi callback from parameters and initial values to outputs; made by `as_function`."""
 
-    def __init__(self, scene: Scene, inputs: tuple[str, ...], outputs: tuple[str, ...], tolerance: float):
+    def __init__(self, scene: Scene, inputs: tuple[str, ...], outputs: tuple[str, ...], tolerance: float) -> None:
         ca.Callback.__init__(self)
         self.scene, self.inputs, self.outputs = scene, inputs, outputs
         self._states = tuple(s.name for s in scene.system.states)
@@ -31,23 +32,23 @@ class SceneFunction(ca.Callback):
         self._jacobians: list[ca.Callback] = []
         self.construct("scene", {})
 
-    def get_n_in(self):
+    def get_n_in(self) -> int:
         """Return the number of inputs, each a scalar."""
         return len(self.inputs)
 
-    def get_n_out(self):
+    def get_n_out(self) -> int:
         """Return the number of outputs."""
         return len(self.outputs)
 
-    def get_name_in(self, i):
+    def get_name_in(self, i: int) -> str:
         """Return the name of an input in the characters that CasADi allows."""
         return _plain(self.inputs[i])
 
-    def get_name_out(self, i):
+    def get_name_out(self, i: int) -> str:
         """Return the name of an output in the characters that CasADi allows."""
         return _plain(self.outputs[i])
 
-    def get_sparsity_out(self, i):
+    def get_sparsity_out(self, i: int) -> ca.Sparsity:
         """Return the shape of an output."""
         return ca.Sparsity.dense(self._sizes[i], 1)
 
@@ -61,7 +62,7 @@ class SceneFunction(ca.Callback):
             self._last = last = point, self._program.run(values=values, initial=initial)
         return last[1]
 
-    def eval(self, arg):
+    def eval(self, arg: Sequence[ca.DM]) -> list[ca.DM]:
         """Return the outputs; NaN if the run ended before its horizon."""
         run = self.at(tuple(float(a) for a in arg))
         complete = run.status in (Status.OK, Status.NO_DERIVATIVE)
@@ -72,22 +73,22 @@ class SceneFunction(ca.Callback):
 
     def blocks(self, point: tuple[float, ...]) -> list[ca.DM]:
         """Return the derivative of every output by every input, outputs first; NaN where there is none."""
-        run, found = self.at(point), []
+        run, derivatives = self.at(point), []
         for name, size in zip(self.outputs, self._sizes, strict=True):
             for given in self.inputs:
                 if run.status != Status.OK:
-                    found.append(ca.DM(np.full(size, np.nan)))
+                    derivatives.append(ca.DM(np.full(size, np.nan)))
                 elif isinstance(self.scene.outputs[name], End):
-                    found.append(ca.DM(run.sensitivities[given]))
+                    derivatives.append(ca.DM(run.sensitivities[given]))
                 else:
-                    found.append(ca.DM(run.output_sensitivities[name][given]))
-        return found
+                    derivatives.append(ca.DM(run.output_sensitivities[name][given]))
+        return derivatives
 
-    def has_jacobian(self):
+    def has_jacobian(self) -> bool:
         """Whether exact derivatives are available: always."""
         return True
 
-    def get_jacobian(self, name, inames, onames, opts):
+    def get_jacobian(self, name: Any, inames: Any, onames: Any, opts: Any) -> ca.Callback:
         """Return the Jacobian as a function of inputs and outputs."""
         self._jacobians.append(_Jacobian(self, name, inames, onames, self._sizes))
         return self._jacobians[-1]
@@ -96,31 +97,33 @@ class SceneFunction(ca.Callback):
 class _Jacobian(ca.Callback):
     """All first derivatives of a `SceneFunction`; its own derivatives are differences."""
 
-    def __init__(self, function: SceneFunction, name: str, inames, onames, sizes: Sequence[int]):
+    def __init__(
+        self, function: SceneFunction, name: str, inames: list[str], onames: list[str], sizes: Sequence[int]
+    ) -> None:
         ca.Callback.__init__(self)
         self._function, self._inames, self._onames, self._sizes = function, inames, onames, sizes
         self.construct(name, {"enable_fd": True})
 
-    def get_n_in(self):
+    def get_n_in(self) -> int:
         return len(self._inames)
 
-    def get_n_out(self):
+    def get_n_out(self) -> int:
         return len(self._onames)
 
-    def get_name_in(self, i):
+    def get_name_in(self, i: int) -> str:
         return self._inames[i]
 
-    def get_name_out(self, i):
+    def get_name_out(self, i: int) -> str:
         return self._onames[i]
 
-    def get_sparsity_in(self, i):
+    def get_sparsity_in(self, i: int) -> ca.Sparsity:
         n = self._function.n_in()
         return ca.Sparsity.dense(1, 1) if i < n else ca.Sparsity(self._sizes[i - n], 1)
 
-    def get_sparsity_out(self, i):
+    def get_sparsity_out(self, i: int) -> ca.Sparsity:
         return ca.Sparsity.dense(self._sizes[i // self._function.n_in()], 1)
 
-    def eval(self, arg):
+    def eval(self, arg: Sequence[ca.DM]) -> list[ca.DM]:
         return self._function.blocks(tuple(float(a) for a in arg[: self._function.n_in()]))
 
 
@@ -186,5 +189,5 @@ def as_function(scene: Scene, inputs: Sequence[Key], outputs: Sequence[str], tol
 
 def _plain(name: str) -> str:
     """Return a valid CasADi name: letters, digits and single underscores, beginning with a letter."""
-    found = re.sub(r"_+", "_", re.sub(r"\W", "_", name)).strip("_")
-    return found if found[:1].isalpha() else f"i{found}"
+    plain = re.sub(r"_+", "_", re.sub(r"\W", "_", name)).strip("_")
+    return plain if plain[:1].isalpha() else f"i{plain}"

@@ -47,7 +47,7 @@ def read_cases(values: Mapping[Key, Any] | None, initial: Mapping[Key, Any] | No
     SceneError
         If something is no finite number, rows have different lengths, or a name is given twice.
     """
-    found: list[dict[str, Any]] = []
+    both: list[dict[str, Any]] = []
     lengths: dict[str, int] = {}
     for given, of in ((values, "values"), (initial, "initial values")):
         own: dict[str, Any] = {}
@@ -60,13 +60,13 @@ def read_cases(values: Mapping[Key, Any] | None, initial: Mapping[Key, Any] | No
             own[name] = _row(value, name)
             if not isinstance(own[name], float):
                 lengths[name] = own[name].size
-        found.append(own)
+        both.append(own)
     sizes = set(lengths.values()) - {1} or set(lengths.values()) or {1}
     if len(sizes) > 1:
         told = ", ".join(f"{name} has {size}" for name, size in lengths.items())
         raise SceneError(f"the rows have different lengths: {told}; give rows of the same length, or single numbers")
     (size,) = sizes
-    return CaseValues(size, *({n: _repeated(v, size) for n, v in rows.items()} for rows in found))
+    return CaseValues(size, *({n: _repeated(v, size) for n, v in rows.items()} for rows in both))
 
 
 def _row(value: Any, name: str) -> Any:

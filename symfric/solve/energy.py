@@ -1,6 +1,7 @@
 """Energy balance along a computed motion: a check independent of the solver's error estimate."""
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
@@ -9,15 +10,19 @@ import sympy as sp
 from symfric.lower.energy import energy_functions
 from symfric.model.numeric import gauss_legendre
 from symfric.model.outputs import Trajectory
+from symfric.model.scene import Scene
 from symfric.solve.input_segments import segments
 from symfric.solve.lowered import LoweredScene
 from symfric.time_limit import check_time
+
+if TYPE_CHECKING:
+    from symfric.solve.run import Run
 
 _AT_ONCE = 2**20  # numbers of all states at all nodes that are computed together: 8 MB
 _NODES = 16  # quadrature nodes in every step; a step spans a fraction of the radius of convergence
 
 
-def energy_residual(run) -> float:
+def energy_residual(run: "Run") -> float:
     r"""Return the largest imbalance of energy along a run, relative to the largest energy converted.
 
     .. math:: T(t) - T(0) - \int_0^t \left(u^T f + \tfrac12 u^T \dot M u + \lambda^T J u\right) dt
@@ -41,7 +46,7 @@ def energy_residual(run) -> float:
     return imbalance(run, *energy_functions(run.scene), run.scene.numbers())
 
 
-def imbalance(run, power: ca.Function, kinetic: ca.Function, numbers: Mapping[sp.Symbol, float]) -> float:
+def imbalance(run: "Run", power: ca.Function, kinetic: ca.Function, numbers: Mapping[sp.Symbol, float]) -> float:
     """Return the residual of a run that kept its trajectory.
 
     Parameters
@@ -74,7 +79,7 @@ def imbalance(run, power: ca.Function, kinetic: ca.Function, numbers: Mapping[sp
     return float(worst / largest)
 
 
-def _powers(run, power: ca.Function, numbers: Mapping[sp.Symbol, float], piece: slice) -> tuple[np.ndarray, ...]:
+def _powers(run: "Run", power: ca.Function, numbers: Mapping[sp.Symbol, float], piece: slice) -> tuple[np.ndarray, ...]:
     """Return parameters (n_p, n), and the powers of applied and contact forces (steps, nodes), over some steps."""
     path = run.path
     coefficients, begins, h = path.coefficients[piece], path.t[piece], path.h[piece]
@@ -92,7 +97,7 @@ def _powers(run, power: ca.Function, numbers: Mapping[sp.Symbol, float], piece: 
     return parameters, applied, contact
 
 
-def _parameters(scene, numbers: Mapping[sp.Symbol, float], times: np.ndarray) -> np.ndarray:
+def _parameters(scene: Scene, numbers: Mapping[sp.Symbol, float], times: np.ndarray) -> np.ndarray:
     """Return parameters, then start, value and slope of every input, at each time: shape (n_p, n_t)."""
     fixed = np.array([numbers[s] for s in scene.parameters])
     edges, data = segments(list(scene.inputs.values()), scene.horizon)

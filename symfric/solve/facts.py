@@ -56,7 +56,7 @@ class Facts:
 def facts_of(lowered: LoweredScene) -> Facts:
     """Determine the properties of a scene."""
     scene, automaton = lowered.scene, lowered.automaton
-    wanted = list(scene.outputs.values())
+    outputs = list(scene.outputs.values())
     return Facts(
         contacts=sum(automaton.sticks) + len(automaton.layout.others),
         kinks=automaton.layout.switches,
@@ -65,12 +65,12 @@ def facts_of(lowered: LoweredScene) -> Facts:
         remembering=sum(c.law.memory is not None for c in scene.contacts),
         autonomous=automaton.autonomous,
         sampled=bool(automaton.inputs),
-        dropped=tuple(sorted(s.name for s in vanishing(scene))),
-        averaged_over=tuple(sorted(s.name for s in averaged_over(scene))),
+        dropped=tuple(sorted(s.name for s in vanishing(scene, lowered.varied))),
+        averaged_over=tuple(sorted(s.name for s in averaged_over(scene, lowered.varied))),
         redundant=redundant(scene),
-        path=any(o.keeps_path for o in wanted),
-        events=any(o.keeps_events for o in wanted),
-        scalars=any(isinstance(o, OutputOfExpression) for o in wanted),
+        path=any(o.keeps_path for o in outputs),
+        events=any(o.keeps_events for o in outputs),
+        scalars=any(isinstance(o, OutputOfExpression) for o in outputs),
     )
 
 
@@ -85,13 +85,13 @@ def redundant(scene: Scene) -> tuple[str, ...]:
         if entries.free_symbols:
             return ()
         slopes = entries.tolist()
-    rows, found, rank = np.array(slopes, dtype=float), [], 0
+    rows, dependent, rank = np.array(slopes, dtype=float), [], 0
     for k, contact in enumerate(sticking):
         now = int(np.linalg.matrix_rank(rows[: k + 1]))
         if now == rank:
-            found.append(contact.name)
+            dependent.append(contact.name)
         rank = now
-    return tuple(found)
+    return tuple(dependent)
 
 
 @cache

@@ -1,6 +1,6 @@
 """Whether other values or another start leave the mass matrix positive definite."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import Any
 
@@ -20,7 +20,7 @@ class Inertia:
         Of the parameters and states on which the mass depends; empty if it is constant.
     """
 
-    def __init__(self, scene: Scene):
+    def __init__(self, scene: Scene) -> None:
         self._scene = scene
         mass = scene.system.mass
         symbols: set[sp.Symbol] = set() if mass is None else mass.free_symbols
@@ -28,7 +28,7 @@ class Inertia:
         self.names = frozenset(s.name for s in self._symbols)
 
     @cached_property
-    def _entries(self):
+    def _entries(self) -> Callable[..., Any]:
         return numeric(self._symbols, tuple(self._scene.system.mass))
 
     def definite(self, numbers: Mapping[str, Any]) -> np.ndarray:

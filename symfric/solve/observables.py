@@ -7,7 +7,7 @@ from symfric.model.scene import Scene
 
 
 @dataclass(frozen=True)
-class Wanted:
+class Observables:
     """Observables of a scene, and whether its trajectory and events are stored.
 
     Attributes
@@ -26,11 +26,11 @@ class Wanted:
     events: bool
 
 
-def wanted_of(scene: Scene) -> Wanted:
+def observables_of(scene: Scene) -> Observables:
     """Return the observables of the outputs of a scene."""
     outputs = scene.outputs
     row = {n: o.row(scene.horizon) for n, o in outputs.items() if isinstance(o, OutputOfExpression)}
     rows = tuple(dict.fromkeys(row.values()))
     path = any(o.keeps_path for o in outputs.values())
     events = any(o.keeps_events for o in outputs.values())
-    return Wanted(rows, {n: rows.index(r) for n, r in row.items()}, path, events)
+    return Observables(rows, {n: rows.index(r) for n, r in row.items()}, path, events)

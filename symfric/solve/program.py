@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -12,13 +13,15 @@ from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.solve.batch import Batch, make_batch, merged
-from symfric.solve.case_values import CaseValues, read_cases, refuse_lists, workers_of
+from symfric.solve.case_values import CaseValues
 from symfric.solve.inertia import Inertia
 from symfric.solve.loop.case_arrays import COUNTS, CaseArrays
 from symfric.solve.loop.cases import rows_of, run_cases
 from symfric.solve.loop.compiled_model import CompiledModel
-from symfric.solve.run import Run
-from symfric.solve.widened import widened
+from symfric.solve.lowered import LoweredScene
+from symfric.solve.protocol import Program, Route
+from symfric.solve.run import Raw, Run
+from symfric.solve.status import Status
 
 FINEST, COARSEST = 1e-16, 0.1  # tolerances
 
@@ -34,10 +37,10 @@ def check_tolerance(tolerance: float) -> float:
 class Numbers:
     """Initial state and parameters of a scene as arrays, with the changes of a run applied."""
 
-    def __init__(self, scene: Scene, parameters: tuple[sp.Symbol, ...], built_in: dict[str, float]):
+    def __init__(self, scene: Scene, parameters: tuple[sp.Symbol, ...], built_in: dict[str, float]) -> None:
         numbers = scene.numbers()
         self._scene, self._built_in = scene, built_in
-        self.start = tuple(np.array([numbers[s] for s in symbols]) for symbols in (scene.system.states, parameters))
+        self.start = np.array([numbers[s] for s in scene.system.states]), np.array([numbers[s] for s in parameters])
         self._place = {s.name: k for k, s in enumerate(parameters)}
         self._states = tuple(s.name for s in scene.system.states)
         moving = any(not isinstance(v, float) for v in scene.initial.values())
@@ -82,14 +85,14 @@ class Numbers:
         names = self._inertia.names
         return not names.isdisjoint(changed) or (self._start_of is not None and not names.isdisjoint(self._states))
 
-    def _moved(self, start_of: Callable, values: dict[str, float]) -> np.ndarray:
+    def _moved(self, start_of: Callable[..., Any], values: dict[str, float]) -> np.ndarray:
         """Return the initial state for other parameter values."""
         if not values.keys() <= self._starters:
             self._scene.where(values)
         numbers = self._starts(start_of, {n: np.array([v], dtype=float) for n, v in values.items()})
         return np.array([finite(float(v[0]), f"the start of {n}") for n, v in zip(self._states, numbers, strict=True)])
 
-    def _starts(self, start_of: Callable, values: dict[str, np.ndarray]) -> list[np.ndarray]:
+    def _starts(self, start_of: Callable[..., Any], values: dict[str, np.ndarray]) -> list[np.ndarray]:
         """Return the start of each state, (n,); NumPy rounds rows, of one number too, in the same way, not numbers."""
         numbers = start_of(*(values.get(s.name, v) for s, v in self._scene.values.items()))
         size = len(next(iter(values.values())))
@@ -123,104 +126,43 @@ class Numbers:
         return y, p
 
 
-class Compiled:
-    """Base of the compiled programs: a prepared scene that `run` repeats with other numbers, from any thread.
+class Compiled(Program):
+    """Base of the programs of compiled loops.
 
-    A route sets the attributes declared here, and `varied`, `wider` and `remade`, which `widened` uses. The entries
-    of `_extra` are added to the counts of a run.
+    A route sets the attributes declared here. The entries of `_extra` are added to the counts of a run.
     """
 
-    settings: Any
-    scene: Scene
-    tolerance: float
-    built_in: Mapping[str, float]
     _numbers: Numbers
+    _given: tuple[np.ndarray, np.ndarray]  # the scene's own start and parameters, always the same arrays
     _model: CompiledModel
-    _extra: Mapping[str, float]
+    _extra: Mapping[str, float] = MappingProxyType({})
 
-    def run(
-        self,
-        values: Mapping[Key, float] | None = None,
-        initial: Mapping[Key, float] | None = None,
-        progress: Callable[[float], None] | None = None,
+    def __init__(self, lowered: LoweredScene, tolerance: float, settings: Route) -> None:
+        super().__init__(lowered, check_tolerance(tolerance), settings)
+
+    def _run(
+        self, values: dict[Key, float], initial: dict[Key, float], progress: Callable[[float], None] | None
     ) -> Run:
-        """Run with other parameter values or another start.
-
-        Parameters
-        ----------
-        values, initial : mapping of symbol or name to number
-            Changes to the scene's own. The first change of a parameter that was zero, or that a law's mean over fast
-            vibration contains, compiles again, for all values of it.
-        progress : callable, optional
-            Called with the completed fraction of the horizon, about once per million steps.
-
-        Returns
-        -------
-        Run
-        """
-        values = {} if values is None else values
-        initial = {} if initial is None else initial
-        y, p = self._numbers.start
-        if values or initial:
-            general = widened(self, values)
-            if general is not None:
-                return general.run(values, initial, progress)
-            y, p = self._numbers.changed(values, initial)
-        status, (final, t_final, stats, raw) = self._model.run(y, p, progress)
+        y, p = self._changed(values, initial) if values or initial else self._given
+        status, (final, t_final, stats, raw) = self._follow(y, p, progress)
         stats.update(self._extra)
-        return Run(
-            self.scene, dict(values), dict(initial), self.settings, self.tolerance, final, t_final, status, stats, raw
-        )
+        return Run(self.scene, values, initial, self.settings, self.tolerance, final, t_final, status, stats, raw)
 
-    def map(
-        self,
-        values: Mapping[Key, Any] | None = None,
-        initial: Mapping[Key, Any] | None = None,
-        threads: int = 1,
-        progress: Callable[[float], None] | None = None,
-    ) -> Batch:
-        """Run many cases in compiled code, with arrays of values and arrays of results.
+    def _changed(self, values: Mapping[Key, float], initial: Mapping[Key, float]) -> tuple[np.ndarray, np.ndarray]:
+        """Return start and parameters of a run, as the loop takes them."""
+        return self._numbers.changed(values, initial)
 
-        Parameters
-        ----------
-        values, initial : mapping of symbol or name to a number or a row (n,)
-            Changes to the scene's own; a number holds for all cases.
-        threads : int
-            How many share the cases; -1 for as many as there are processors.
-        progress : callable, optional
-            Called now and then with the fraction done, in this thread.
-
-        Returns
-        -------
-        Batch
-            In the order of the cases. A case has the bits of ``run`` with its numbers, whatever the other cases, their
-            order and the threads; one that fails has its status and NaN. A program that was prepared with
-            `sensitivities` adds the derivatives.
-
-        Raises
-        ------
-        SceneError
-            If the scene wants a trajectory or a list of events, a name is unknown, rows have different lengths, or
-            something is no finite number.
-
-        Examples
-        --------
-        >>> import numpy as np
-        >>> import symfric as sf
-        >>> scene = sf.scenes.coulomb_oscillator(0.1)
-        >>> (x,) = scene.system.q
-        >>> program = sf.prepare(scene.wanting({"stop": sf.StopTime(), "least": sf.Min(x)}))
-        >>> batch = program.map({"delta": np.array([0.02, 0.05, 0.1])})
-        >>> batch["least"].round(6)
-        array([-0.96, -0.9 , -0.8 ])
-        """
-        refuse_lists(self.scene.outputs)
-        return self._map(read_cases(values, initial), workers_of(threads), progress)
+    def _follow(
+        self, y: np.ndarray, p: np.ndarray, progress: Callable[[float], None] | None
+    ) -> tuple[Status, tuple[np.ndarray, float, dict[str, float], Raw]]:
+        """Run the loop; return the status, the final state and its time, counts, and what outputs are made of."""
+        return self._model.run(y, p, progress)
 
     def expect(self, names: Iterable[str], cases: int) -> None:
         """Get ready for so many cases in all with other values of some parameters, which may come in parts."""
-        general: Any = widened(self, dict.fromkeys(names, math.nan)) or self  # NaN differs from every value
-        general._get_ready(cases)
+        general = self.widened(dict.fromkeys(names, math.nan)) or self  # NaN differs from every value
+        if isinstance(general, Compiled):
+            general._get_ready(cases)
 
     def _get_ready(self, cases: int) -> None:
         """Prepare what pays for so many cases."""
@@ -232,7 +174,8 @@ class Compiled:
                 other |= self.built_in[name] != row
         if not np.any(other):
             return self._map_own(cases, threads, progress)
-        general: Any = widened(self, dict.fromkeys(cases.values, math.nan))  # NaN differs from every value
+        general = self.widened(dict.fromkeys(cases.values, math.nan))  # NaN differs from every value
+        assert general is not None  # since some differ
         if np.all(other):
             return general.map(cases.values, cases.initial, threads, progress)
         first, second = cases.some(other), cases.some(~other)

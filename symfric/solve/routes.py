@@ -11,15 +11,11 @@ from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, nearest
 from symfric.solve.exact.route import Exact
 from symfric.solve.facts import Facts, facts_of, redundant, warn_of_redundance
-from symfric.solve.integrators.refusals import declines_derivatives
 from symfric.solve.integrators.route import Integrators
-from symfric.solve.integrators.sensitive_program import SensitiveIntegratorsProgram
-from symfric.solve.integrators.stiffness import pays
-from symfric.solve.lowered import LoweredScene
+from symfric.solve.lowered import LoweredScene, directions_of
 from symfric.solve.protocol import Answer, Program, RouteName
 from symfric.solve.run import Run
 from symfric.solve.taylor.route import Taylor
-from symfric.solve.taylor.sensitive_route import SensitiveProgram, directions_of
 
 Settings = Exact | Taylor | Integrators
 # in the order of preference
@@ -97,42 +93,24 @@ def explain(scene: Scene, sensitivities: Sequence[Key] = (), order: int = 1) -> 
     'taylor'
     """
     check_scene(scene)
-    lowered = LoweredScene(scene)
-    directions = directions_of(scene, sensitivities) if sensitivities else ()
-    chosen, found = _selected(lowered, bool(directions), order)
+    lowered = LoweredScene(scene, directions=directions_of(scene, sensitivities, order), order=order)
+    chosen, answers = _selected(lowered)
     facts, words = facts_of(lowered), {}
-    for name, answer in found.items():
+    for name, answer in answers.items():
         slower = "not needed" if answer.preferred else f"slower here (route={name!r})"
         verdict = "takes it" if name == chosen else slower
         words[name] = f"{verdict if answer.takes else 'declines'}: {answer.words}"
-    return Explanation(chosen, words, _skipped(facts, bool(directions)), facts)
+    return Explanation(chosen, words, _skipped(facts, bool(lowered.directions)), facts)
 
 
-def _selected(lowered: LoweredScene, derivatives: bool, order: int) -> tuple[str, dict[str, Answer]]:
+def _selected(lowered: LoweredScene) -> tuple[str, dict[str, Answer]]:
     """Return the route that runs a scene, and the answers of all routes; `explain` and `prepare` both read it here."""
-    if derivatives:
-        answers = _answers_with_derivatives(lowered, order)
-    else:
-        answers = {name: route.answer(lowered) for name, route in ROUTES.items()}
+    answers = {name: route.answer(lowered) for name, route in ROUTES.items()}
     taking = [name for name, answer in answers.items() if answer.takes]
     if not taking:
         reasons = "; ".join(f"{name}: {answer.words}" for name, answer in answers.items())
         raise NoRoute(f"no route takes the scene: {reasons}")
     return next((name for name in taking if answers[name].preferred), taking[0]), answers
-
-
-def _answers_with_derivatives(lowered: LoweredScene, order: int) -> dict[str, Answer]:
-    """Return the answers of all routes if derivatives are wanted."""
-    refusal = declines_derivatives(lowered.automaton, "cvodes", lowered.scene)
-    refusal = refusal or ("second derivatives" if order > 1 else "")
-    implicit = not refusal and pays(lowered)
-    return {
-        "exact": Answer(False, False, "computes no derivatives"),
-        "taylor": Answer(True, not implicit, f"derivatives with the motion{', but stiff' if implicit else ''}"),
-        "integrators": Answer(
-            not refusal, implicit, refusal or "derivatives with the motion, by cvodes, for stiff laws with memory"
-        ),
-    }
 
 
 def _skipped(facts: Facts, derivatives: bool) -> tuple[str, ...]:
@@ -207,30 +185,13 @@ def prepare(
     scene.numbers()
     if names := redundant(scene):
         warn_of_redundance(names)
-    if sensitivities:
-        return _with_derivatives(scene, tolerance, route, directions_of(scene, sensitivities), order)
-    lowered = LoweredScene(scene)
+    lowered = LoweredScene(scene, directions=directions_of(scene, sensitivities, order), order=order)
     if route is None:
-        return ROUTES[_selected(lowered, False, order)[0]].build(lowered, tolerance)
+        return ROUTES[_selected(lowered)[0]].build(lowered, tolerance)
     settings = _settings(route)
-    answer = settings.answer(lowered)
-    if not answer.takes:
-        raise NoRoute(f"the route {settings.name!r} declines: {answer.words}; leave route=None for automatic selection")
+    if refusal := settings.declines(lowered):
+        raise NoRoute(f"the route {settings.name!r} declines: {refusal}; leave route=None for automatic selection")
     return settings.build(lowered, tolerance)
-
-
-def _with_derivatives(scene: Scene, tolerance: float, route, names: tuple[str, ...], order: int) -> Program:
-    if order not in (1, 2):
-        raise SceneError(f"order is {order!r}; derivatives are of order 1 or 2")
-    settings = _settings(_selected(LoweredScene(scene), True, order)[0] if route is None else route)
-    if isinstance(settings, Integrators) and order == 1 and settings.plugin in (None, "cvodes"):
-        return SensitiveIntegratorsProgram(scene, tolerance, settings.resolved(stiff=True), names)
-    if not isinstance(settings, Taylor):
-        raise NoRoute(
-            "only the route 'taylor' computes derivatives, and 'integrators' by cvodes first ones of laws without a "
-            "jump; leave route=None"
-        )
-    return SensitiveProgram(scene, tolerance, settings, names, order=order)
 
 
 def _settings(route: str | Settings) -> Settings:

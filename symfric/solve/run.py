@@ -6,14 +6,16 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from symfric.errors import RunFailed, SceneError
 from symfric.model.notebook import changes_of_mode, html_table
 from symfric.model.results import ArrayResult, Labelled
 from symfric.model.scene import Scene
 from symfric.model.springs import in_order
-from symfric.model.symbols import nearest, numbers_of
+from symfric.model.symbols import Key, nearest, numbers_of
 from symfric.model.units import attributes_of, output_unit, with_unit
+from symfric.solve.path import Path
 from symfric.solve.sensitivities import Derivatives
 from symfric.solve.status import ADVICE, Status, early_end
 
@@ -51,41 +53,6 @@ class Event:
         if self.after == 0:
             return "stick"
         return "slip" if self.before == 0 else "reversal"
-
-
-@dataclass(frozen=True, eq=False)
-class Path:
-    """A trajectory as piecewise polynomials.
-
-    Attributes
-    ----------
-    t : ndarray, shape (n,)
-        Start of every step.
-    h : ndarray, shape (n,)
-        Length of every step.
-    coefficients : ndarray, shape (n, n_x, order + 1)
-        Taylor coefficients of the state in powers of the time since the start of the step.
-    mode : ndarray of int, shape (n, n_contacts)
-    """
-
-    t: np.ndarray
-    h: np.ndarray
-    coefficients: np.ndarray
-    mode: np.ndarray
-
-    def step_of(self, t: np.ndarray) -> np.ndarray:
-        """Return the index of the step that holds each time; at an event the step that begins there."""
-        return np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, self.t.size - 1)
-
-    def __call__(self, t: np.ndarray) -> np.ndarray:
-        """Return the state, shape (n_x, *t.shape)."""
-        k = self.step_of(t)
-        s = t - self.t[k]
-        c = self.coefficients[k]
-        x = c[..., -1]
-        for j in range(c.shape[-1] - 2, -1, -1):
-            x = x * s[..., None] + c[..., j]
-        return np.moveaxis(x, -1, 0)
 
 
 class Raw(NamedTuple):
@@ -150,8 +117,8 @@ class Run(ArrayResult):
     """
 
     base: Scene = field(repr=False)
-    values: dict
-    initial: dict
+    values: dict[Key, float]
+    initial: dict[Key, float]
     settings: "Route"
     tolerance: float
     final: np.ndarray
@@ -170,8 +137,8 @@ class Run(ArrayResult):
     def __init__(
         self,
         base: Scene,
-        values: dict,
-        initial: dict,
+        values: dict[Key, float],
+        initial: dict[Key, float],
         settings: "Route",
         tolerance: float,
         final: np.ndarray,
@@ -179,7 +146,7 @@ class Run(ArrayResult):
         status: Status,
         stats: dict[str, float],
         raw: Raw,
-    ):
+    ) -> None:
         # all fields at once: setting them one by one, as frozen dataclasses do, takes 5 % of the time of a short run
         fields = {
             "base": base,
@@ -265,7 +232,7 @@ class Run(ArrayResult):
         mode = self.path.mode.T[places]
         return np.column_stack([mode, mode[:, -1:]]) if mode.shape[1] else mode
 
-    def __call__(self, t) -> np.ndarray:
+    def __call__(self, t: npt.ArrayLike) -> np.ndarray:
         """Return the state at times t by dense output, shape (n_x, ...).
 
         Raises
@@ -300,7 +267,7 @@ class Run(ArrayResult):
         """The outputs of the scene, by name."""
         return {name: output.value(self, name) for name, output in self.base.outputs.items()}
 
-    def __getitem__(self, name: str):
+    def __getitem__(self, name: str) -> Any:
         """Return an output by its name, or a state's values at the times `t`."""
         if name in self.base.outputs:
             return self.base.outputs[name].value(self, name)
@@ -352,7 +319,7 @@ class Run(ArrayResult):
         scalars = {k: v for k, v in self.outputs.items() if isinstance(v, float)}
         return {**told, "final": final, "outputs": scalars, "stats": dict(self.stats)}
 
-    def plot(self, ax=None, units: Mapping[str, str] | None = None):
+    def plot(self, ax: Any = None, units: Mapping[str, str] | None = None) -> Any:
         """Draw the coordinates against time; return the Axes.
 
         Parameters

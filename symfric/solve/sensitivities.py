@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from symfric.model.outputs import INTEGRAL, RANGE, VALUES, End, OutputOfExpression, Row, StopTime
-from symfric.solve.observables import Wanted
+from symfric.solve.observables import Observables
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +23,7 @@ class Columns:
         Directions of second derivatives.
     n_x : int
         States of the motion.
-    wanted : Wanted
+    observables : Observables
         Of the motion.
     outputs : mapping of str to Output
         Of the scene.
@@ -32,7 +32,7 @@ class Columns:
     directions: tuple[str, ...]
     pairs: tuple[tuple[int, int], ...]
     n_x: int
-    wanted: Wanted
+    observables: Observables
     outputs: Mapping[str, Any]
 
 
@@ -81,7 +81,7 @@ class Derivatives:
     @cached_property
     def _tables(self) -> np.ndarray:
         """The four numbers of every observable and column."""
-        n_e = len(self.columns.wanted.rows)
+        n_e = len(self.columns.observables.rows)
         return self.total[n_e:].reshape(n_e, len(self._ends), 4, *self._cases)
 
     @cached_property
@@ -93,13 +93,13 @@ class Derivatives:
     @cached_property
     def outputs(self) -> dict[str, dict[str, Any]]:
         """Derivatives of the outputs that have any, by name: numbers, or arrays of the shape of the output."""
-        names, found = self.columns.directions, {}
+        names, by_output = self.columns.directions, {}
         for name, output in self.columns.outputs.items():
             if isinstance(output, OutputOfExpression | StopTime | End):
                 slopes = output.slopes(self, name)
                 columns = slopes.tolist() if slopes.ndim == 1 else np.moveaxis(slopes, -1 - len(self._cases), 0)
-                found[name] = dict(zip(names, columns, strict=True))
-        return found
+                by_output[name] = dict(zip(names, columns, strict=True))
+        return by_output
 
     def of_end(self) -> np.ndarray:
         """Return the derivatives of the final state, (n_x, n_s)."""
@@ -112,8 +112,8 @@ class Derivatives:
 
     def of_row(self, name: str) -> Any:
         """Return the derivatives of the observable of an output: a pair, (n_s,) or (n_t, n_s)."""
-        k, n_s = self.columns.wanted.row[name], len(self.columns.directions)
-        row = self.columns.wanted.rows[k]
+        k, n_s = self.columns.observables.row[name], len(self.columns.directions)
+        row = self.columns.observables.rows[k]
         if row.kind == VALUES:
             return self._values(k)[:, :n_s]
         table = self._tables[k, :n_s]
@@ -143,18 +143,19 @@ class Derivatives:
     def second_outputs(self) -> dict[str, dict[tuple[str, str], Any]]:
         """Second derivatives of integrals and of values at given times."""
         factor, n_s = np.where(self.smooth, 1.0, np.nan), len(self.columns.directions)
-        found = {}
-        for name, k in self.columns.wanted.row.items():
-            kind, output = self.columns.wanted.rows[k].kind, self.columns.outputs[name]
+        by_output = {}
+        for name, k in self.columns.observables.row.items():
+            kind, output = self.columns.observables.rows[k].kind, self.columns.outputs[name]
             if self._pairs and kind != RANGE:
                 twice = self._values(k)[:, n_s:] if kind == VALUES else self._tables[k, n_s:, 2]
                 reduced = factor * output.reduce(twice)
-                found[name] = dict(zip(self._pairs, reduced.tolist() if reduced.ndim == 1 else reduced.T, strict=True))
-        return found
+                columns = reduced.tolist() if reduced.ndim == 1 else reduced.T
+                by_output[name] = dict(zip(self._pairs, columns, strict=True))
+        return by_output
 
     def _values(self, k: int) -> np.ndarray:
         """Return the derivatives of an observable at its times, the second after the first ones, (n_t, columns)."""
-        n_e, n_columns = len(self.columns.wanted.rows), len(self._ends)
+        n_e, n_columns = len(self.columns.observables.rows), len(self._ends)
         rows = range(n_e + k * n_columns, n_e + (k + 1) * n_columns)
         return np.stack([self.seen[self.first[r] : self.first[r + 1]] for r in rows], axis=1)
 
@@ -184,8 +185,8 @@ def first_derivatives(
     replaced : iterable of str
         States whose start, a formula, was replaced by a number.
     """
-    found = np.array(start(p[..., : start.nnz_in(0)].T), dtype=float).T
-    first = found.reshape(*p.shape[:-1], len(columns), len(states))
+    columns_of_start = np.array(start(p[..., : start.nnz_in(0)].T), dtype=float).T
+    first = columns_of_start.reshape(*p.shape[:-1], len(columns), len(states))
     for name in replaced:
         for k, direction in enumerate(columns):
             first[..., k, states.index(name)] = float(direction == name)

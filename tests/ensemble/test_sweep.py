@@ -107,7 +107,7 @@ def test_a_failed_case_is_a_status():
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_an_unforeseen_error_is_a_status(monkeypatch, caplog, jobs):
-    from symfric.solve.taylor.route import TaylorProgram
+    from symfric.solve.taylor.program import TaylorProgram
 
     whole = TaylorProgram.map
 

@@ -8,8 +8,7 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.solve.integrators.hermite import first_fall
-from symfric.solve.integrators.program import IntegratorsProgram
+from symfric.solve.integrators.dense_output.hermite import first_fall
 from symfric.solve.integrators.route import Integrators
 from symfric.solve.integrators.sizes import first_sizes
 from symfric_evidence.bench.problems import named
@@ -35,7 +34,7 @@ def error(run, problem) -> float:
 )
 def test_the_exact_law_is_right_within_the_tolerance(plugin, name, tolerance):
     problem = named(name)
-    run = IntegratorsProgram(problem.scene, tolerance, Integrators(plugin)).run()
+    run = sf.prepare(problem.scene, tolerance, Integrators(plugin)).run()
     assert error(run, problem) < 10 * tolerance
     assert run.stats["events"] == problem.events
 
@@ -47,14 +46,14 @@ def test_the_exact_law_is_right_within_the_tolerance(plugin, name, tolerance):
 )
 def test_the_regularised_law_is_right_within_the_tolerance(plugin, tolerance):
     problem = named("P4")
-    run = IntegratorsProgram(problem.scene, tolerance, Integrators(plugin)).run()
+    run = sf.prepare(problem.scene, tolerance, Integrators(plugin)).run()
     assert error(run, problem) < 10 * tolerance
 
 
 def test_collocation_doubles_its_elements_until_the_result_stays():
     problem = named("P4")
-    assert error(IntegratorsProgram(problem.scene, 1e-4, Integrators("collocation")).run(), problem) < 1e-4
-    hopeless = IntegratorsProgram(problem.scene, 1e-9, Integrators("collocation", elements=4000)).run()
+    assert error(sf.prepare(problem.scene, 1e-4, Integrators("collocation")).run(), problem) < 1e-4
+    hopeless = sf.prepare(problem.scene, 1e-9, Integrators("collocation", elements=4000)).run()
     assert hopeless.status == sf.Status.INTEGRATOR
 
 
@@ -66,7 +65,7 @@ def test_motion_events_and_outputs_agree_with_the_taylor_route(name):
     outputs = {"high": sf.Max(x), "low": sf.Min(u), "half": sf.HalfRange(x)}
     outputs["work"] = sf.Integral(sf.friction_force(contact) * sf.slip(contact))
     scene = scene.wanting({**COMPARED, **outputs})
-    exact, run = sf.simulate(scene, tolerance=1e-13), IntegratorsProgram(scene, 1e-8, Integrators()).run()
+    exact, run = sf.simulate(scene, tolerance=1e-13), sf.prepare(scene, 1e-8, Integrators()).run()
     t = np.linspace(0, scene.horizon, 2001)
     assert np.max(np.abs(exact(t) - run(t))) < 1e-6
     assert [(e.before, e.after) for e in exact.events] == [(e.before, e.after) for e in run.events]
@@ -125,7 +124,7 @@ def shaken() -> sf.Scene:
 )
 def test_several_contacts_and_sampled_inputs_agree_with_the_taylor_route(scene):
     scene = scene.wanting({"events": sf.Events()})
-    exact, run = sf.simulate(scene, tolerance=1e-13), IntegratorsProgram(scene, 1e-9, Integrators()).run().checked()
+    exact, run = sf.simulate(scene, tolerance=1e-13), sf.prepare(scene, 1e-9, Integrators()).run().checked()
     assert np.max(np.abs(exact.final - run.final)) < 1e-7
     assert sorted((e.contact, e.before, e.after) for e in exact.events) == sorted(
         (e.contact, e.before, e.after) for e in run.events
@@ -134,31 +133,31 @@ def test_several_contacts_and_sampled_inputs_agree_with_the_taylor_route(scene):
 
 def test_other_values_and_another_start_of_a_prepared_program():
     scene = named("P2").scene.until(20.0)
-    program = IntegratorsProgram(scene, 1e-9, Integrators())
+    program = sf.prepare(scene, 1e-9, Integrators())
     values, initial = {"v_b": 0.3, "a": 0.01, "Omega": 5.0}, {"x": 0.1}
-    expected = IntegratorsProgram(scene.where(values).starting(initial), 1e-9, Integrators()).run()
+    expected = sf.prepare(scene.where(values).starting(initial), 1e-9, Integrators()).run()
     assert np.max(np.abs(program.run(values, initial).final - expected.final)) < 1e-8
 
 
 def test_it_declines_what_it_cannot_do_and_says_why():
     with pytest.raises(sf.NoRoute, match="regularised"):
-        IntegratorsProgram(named("P2").scene, 1e-6, Integrators("cvodes"))
+        sf.prepare(named("P2").scene, 1e-6, Integrators("cvodes"))
     with pytest.raises(sf.NoRoute, match="kinks"):
-        IntegratorsProgram(named("P4").scene.wanting(COMPARED), 1e-6, Integrators("idas"))
+        sf.prepare(named("P4").scene.wanting(COMPARED), 1e-6, Integrators("idas"))
     with pytest.raises(sf.SceneError, match="no integrator 'euler'"):
         Integrators("euler")
     with pytest.raises(sf.SceneError, match="tolerance"):
-        IntegratorsProgram(named("P2").scene, 1e-20, Integrators())
+        sf.prepare(named("P2").scene, 1e-20, Integrators())
 
 
 def test_a_budget_of_events_ends_the_run_with_a_status():
-    run = IntegratorsProgram(named("P2").scene, 1e-6, Integrators(max_events=5)).run()
+    run = sf.prepare(named("P2").scene, 1e-6, Integrators(max_events=5)).run()
     assert run.status == sf.Status.EVENT_BUDGET
     assert run.t_final < named("P2").scene.horizon
 
 
 def test_a_budget_of_steps_ends_the_run_with_a_status():
-    run = IntegratorsProgram(named("P2").scene, 1e-6, Integrators(max_steps=500)).run()
+    run = sf.prepare(named("P2").scene, 1e-6, Integrators(max_steps=500)).run()
     assert run.status == sf.Status.STEP_BUDGET
     assert 0 < run.t_final < named("P2").scene.horizon
     assert run.stats["steps"] < 5000  # the budget and one piece
@@ -233,7 +232,7 @@ def test_a_body_that_is_shaken_is_as_fast_as_the_force_and_its_frequency_make_it
     x, u = sp.symbols("x u", real=True)
     system = sf.System(q=[x], u=[u], mass=[[4]], force=[2 * sp.sin(Omega * sf.TIME) - x / 10_000])
     scene = sf.Scene(system=system, initial={x: 0.0, u: 0.0}, horizon=100.0)
-    program = IntegratorsProgram(scene, 1e-8, Integrators("rosenbrock"))
+    program = sf.prepare(scene, 1e-8, Integrators("rosenbrock"))
     none = np.zeros(0)
     assert first_sizes(program._sizing, np.zeros(2), 0.0, none, none)[1] == pytest.approx(0.5 / Omega, rel=0.05)
 

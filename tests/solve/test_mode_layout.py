@@ -14,8 +14,8 @@ from symfric.lower.automaton import lower
 from symfric.lower.mode_layout import ModeLayout, OtherContact
 from symfric.lower.variational_equations import varied
 from symfric.solve.loop.model import series_model
-from symfric.solve.observables import Wanted
-from symfric.solve.taylor.route import variants_of
+from symfric.solve.observables import Observables
+from symfric.solve.taylor.program import variants_of
 
 ORDER, TOLERANCE = 18, 1e-15
 x, y, u, v, z = sp.symbols("x y u v z", real=True)
@@ -48,7 +48,7 @@ def extended(automaton, contact, field, transition):
 
 
 def model_of(scene, automaton, variations=None):
-    wanted = Wanted((), {}, False, True)
+    wanted = Observables((), {}, False, True)
     variants = variants_of(automaton, ORDER, -1)
     budgets, tolerances = (100_000, 10_000), (TOLERANCE, TOLERANCE)
     return series_model(scene, automaton, variants, wanted, budgets, tolerances, variations)

@@ -5,7 +5,7 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.solve.integrators.refined_grid import cubics, extremes_of, refined
+from symfric.solve.integrators.dense_output.refined_grid import cubics, extremes_of, refined
 from symfric.solve.integrators.stiffness import explicit_steps
 from symfric.solve.lowered import LoweredScene
 

@@ -8,7 +8,7 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from symfric.solve.taylor.route import order_for
+from symfric.solve.taylor.program import order_for
 from symfric_evidence.bench.problems import named
 from tests.longer import longer
 

@@ -9,7 +9,6 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.outputs import Integral, StopTime, Trajectory, friction_force, slip
 from symfric.model.scene import Scene
-from symfric.model.scenes.arguments import check_range
 from symfric.model.symbols import finite
 from symfric.model.system import Contact, System
 
@@ -19,18 +18,7 @@ _UNBRAKED = 50.0  # horizon in cycles if no friction stops the rod
 
 @alone(SYMBOLIC)
 def contact_damper(
-    *,
-    f_n: float,
-    mu_m: float,
-    zeta: float = 0.0,
-    r: float = 1.0,
-    m: float = 0.5,
-    x0: float = 0.01,
-    v0: float = 0.0,
-    g: float = 9.81,
-    v_c: float = 1.0,
-    literal: bool = False,
-    horizon: float | None = None,
+    *, f_n, mu_m, zeta=0.0, r=1.0, m=0.5, x0=0.01, v0=0.0, g=9.81, v_c=1.0, literal=False, horizon=None
 ) -> Scene:
     r"""Rod on a spring, braked by a contact whose friction falls with the sliding speed.
 
@@ -80,8 +68,7 @@ def contact_damper(
     >>> round(sf.simulate(rod)["stop_time"], 6)
     1.050002
     """
-    check_range({"f_n": f_n, "m": m, "v_c": v_c}, {"mu_m": mu_m, "zeta": zeta, "r": r, "g": g})
-    x0, v0 = finite(x0, "x0"), finite(v0, "v0")
+    _check({"f_n": f_n, "m": m, "v_c": v_c}, {"mu_m": mu_m, "zeta": zeta, "r": r, "g": g}, {"x0": x0, "v0": v0})
     if not isinstance(literal, bool):
         raise SceneError(f"literal is {literal!r}; give True or False")
     f_, mu_, zeta_, r_, m_, x0_, v0_, g_, v_c_ = sp.symbols("f_n mu_m zeta r m x0 v0 g v_c", real=True)
@@ -109,6 +96,16 @@ def _disk(load: sp.Expr, mu_m: sp.Symbol, v_c: sp.Symbol, literal: bool) -> Cont
     if literal:
         return Contact("disk", slip=_U, normal=load * sp.exp(-_U / v_c), law=laws.coulomb(mu_m))
     return Contact("disk", slip=_U, normal=load, law=laws.exponential(mu_m, v_c))
+
+
+def _check(positive: dict, not_negative: dict, any_sign: dict) -> None:
+    """Raise if a number is missing, not finite or out of range."""
+    for name, value in (positive | not_negative | any_sign).items():
+        number = finite(value, name)
+        if (name in positive and number <= 0) or (name in not_negative and number < 0):
+            raise SceneError(
+                f"{name} is {number:g}; it must {'be positive' if name in positive else 'not be negative'}"
+            )
 
 
 def _longest(f_n: float, friction: float, zeta: float, start: float, v_c: float) -> float:

@@ -7,12 +7,13 @@ import sympy as sp
 from symfric.errors import NoRoute
 from symfric.lower.automaton import Automaton
 from symfric.lower.linear_modes import Matrices, Oscillator, lines_of, matrices, oscillator, without_harmonics
+from symfric.lower.sampled_oscillator import Record, record
 from symfric.lower.structure_modes import OtherForm, structure_matrices
-from symfric.model.outputs import RANGE
+from symfric.model.outputs import INTEGRAL, RANGE
 from symfric.model.scene import Scene
-from symfric.solve.exact.record.observables import Recorded, recorded_in
 from symfric.solve.loop.stepping.linear_series import MOST
 from symfric.solve.lowered import LoweredScene
+from symfric.solve.observables import Observables
 
 _WRITTEN = 4  # coordinates up to which powers of the whole matrices, written out, are faster than by the structure
 _FULL = 40  # matrix entries per row beyond which a product with all of them takes longer than a series
@@ -35,8 +36,10 @@ class Form:
     scene : Scene
         With states for the functions of time.
     parameters : tuple of Symbol
-    problem : Oscillator, Recorded or ModalForm
+    problem : Oscillator, Record or ModalForm
         One mass in closed form, one under a sampled input, or matrices for every mode.
+    observables : Observables
+        Of `scene`.
     cheapest : bool
         Whether the other routes take longer until the first result. The matrices of ten masses with ten contacts are
         ready in a sixth of the time that their series take to compile. A run takes .27 ms, to all digits, and one by
@@ -49,7 +52,8 @@ class Form:
 
     scene: Scene
     parameters: tuple[sp.Symbol, ...]
-    problem: Oscillator | Recorded | ModalForm
+    problem: Oscillator | Record | ModalForm
+    observables: Observables
     cheapest: bool
     words: str
 
@@ -84,21 +88,22 @@ def form_of(lowered: LoweredScene) -> Form:
     cheapest = _cheapest(scene, timeless, form.matrices)
     if cheapest and len(form.matrices.rows) > MOST:
         words += "; ready far sooner than the series of route='taylor', of which a run may be a little faster"
-    return Form(timeless, inner.automaton.parameters, form, cheapest, words)
+    return Form(timeless, inner.automaton.parameters, form, inner.observables, cheapest, words)
 
 
 def _structure(scene: Scene, lowered: LoweredScene) -> Form:
     """Return the form of a scene from matrices of which the mode changes only what contacts feel and do."""
-    found = structure_matrices(scene, [r.expr for r in lowered.wanted.rows], lowered.varied)
+    modal = structure_matrices(scene, [r.expr for r in lowered.observables.rows], lowered.varied)
     words = "linear between events, by powers of the structure's matrices, with contacts along its rows"
-    return Form(scene, lowered.automaton.parameters, ModalForm(lowered.automaton, found), True, words)
+    form = ModalForm(lowered.automaton, modal)
+    return Form(scene, lowered.automaton.parameters, form, lowered.observables, True, words)
 
 
-def _cheapest(scene: Scene, timeless: Scene, found: Matrices) -> bool:
+def _cheapest(scene: Scene, timeless: Scene, modal: Matrices) -> bool:
     """Whether powers of matrices of which no form is known are prepared and run faster than series."""
     if timeless is not scene or max(len(scene.system.q), len(scene.contacts)) < 2:
         return False
-    return len(found.rows) <= _FULL * found.n_r
+    return len(modal.rows) <= _FULL * modal.n_r
 
 
 def _in_closed_form(lowered: LoweredScene) -> Form:
@@ -107,14 +112,28 @@ def _in_closed_form(lowered: LoweredScene) -> Form:
     if scene.inputs:
         recorded = recorded_in(lowered)
         words = "one mass on the floor under a sampled input, from sample to sample in closed form"
-        return Form(scene, recorded.problem.parameters, recorded, True, words)
+        return Form(scene, recorded.parameters, recorded, lowered.observables, True, words)
     closed = _closed(lowered)
     words = "one mass, linear between events, in closed form"
-    return Form(scene, closed.parameters, closed, True, words)
+    return Form(scene, closed.parameters, closed, lowered.observables, True, words)
+
+
+def recorded_in(lowered: LoweredScene) -> Record:
+    """Express a scene as one mass under a record.
+
+    Raises
+    ------
+    NoRoute
+        If the scene has another form, or an output that the march does not provide.
+    """
+    rows = lowered.observables.rows
+    if any(r.kind == INTEGRAL for r in rows):
+        raise NoRoute("an integral is wanted")
+    return record(lowered.dynamics, lowered.scene.inputs, [r.expr for r in rows])
 
 
 def _closed(lowered: LoweredScene) -> Oscillator:
-    rows = lowered.wanted.rows
+    rows = lowered.observables.rows
     if any(r.kind != RANGE for r in rows):
         raise NoRoute("an integral or a value at a time is wanted")
     return oscillator(lowered.dynamics, [r.expr for r in rows])

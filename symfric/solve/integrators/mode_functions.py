@@ -1,15 +1,45 @@
 """CasADi functions of the route `integrators`: integrator and dense output of one mode."""
 
 import math
+from typing import TYPE_CHECKING, NamedTuple
 
 import casadi as ca
 import numpy as np
 
-from symfric.lower.automaton import Automaton
-from symfric.solve.integrators.mode_selection import along
+from symfric.lower.automaton import Automaton, arguments_of
+from symfric.solve.integrators.implicit.stretch import Stretch
+from symfric.solve.integrators.modes.mode_selection import along
+
+if TYPE_CHECKING:
+    from symfric.solve.integrators.route import Integrators
 
 ONE_STEP = ("erk", "rosenbrock")  # cheap to restart, so that modes are integrated in short pieces
 CONTINUOUS = ("cvodes", "idas", "collocation")
+
+
+class ModeEquations(NamedTuple):
+    """Equations of the modes of one automaton, and how they are integrated.
+
+    Attributes
+    ----------
+    field : casadi.Function
+        ``(y, t, p, m) -> (rate, guards, rows)``, with what is not held in a mode computed from the state.
+    automaton : Automaton
+    n_integrals : int
+        How many of the first rows are integrated too.
+    settings : Integrators
+    tolerance, horizon : float
+    stretch : Stretch or None
+        A change of variables.
+    """
+
+    field: ca.Function
+    automaton: Automaton
+    n_integrals: int
+    settings: "Integrators"
+    tolerance: float
+    horizon: float
+    stretch: Stretch | None
 
 
 def mode_integrator(
@@ -50,16 +80,16 @@ def mode_integrator(
         Its states are y and the integrals over their sizes; its parameters p, m, the sizes, start and length of the
         interval.
     """
-    n_x, n_p, n_m = field.nnz_in(0), field.nnz_in(2), field.nnz_in(3)
-    n = n_x + n_integrals
-    state, time = ca.SX.sym("state", n), ca.SX.sym("time")
-    p, m, size = ca.SX.sym("p", n_p), ca.SX.sym("m", n_m), ca.SX.sym("size", n)
+    y, _, p, m = arguments_of(field)
+    n_x, n = y.numel(), y.numel() + n_integrals
+    state, time, size = ca.SX.sym("state", n), ca.SX.sym("time"), ca.SX.sym("size", n)
     begin, length = ca.SX.sym("begin"), ca.SX.sym("length")
     inside = (state * size)[:n_x]
     rate, _, rows = field(inside, begin + length * time, p, m)
     integrals = rows[:n_integrals] if n_integrals else ca.SX(0, 1)  # [:0] of a single row is 1-by-0, not 0-by-1
     data = ca.vertcat(p, m, size, begin, length)
     dae = {"x": state, "t": time, "p": data, "ode": length * ca.vertcat(rate, integrals) / size}
+    # one tolerance for both, since the states are scaled by their sizes
     options = {"abstol": tolerance, "reltol": tolerance, "max_num_steps": steps, "show_eval_warnings": False}
     if plugin in ("cvodes", "idas"):
         options["disable_internal_warnings"] = True  # of failures, which are answered by shorter parts
@@ -75,11 +105,9 @@ def signs_evaluated(automaton: Automaton) -> ca.Function:
     """Return the field with directions and switches computed from the state, but for contacts that can stick."""
     field = automaton.field
     layout, n_c = automaton.layout, len(automaton.contacts)
-    y, t, p = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t"), ca.SX.sym("p", field.nnz_in(2))
-    n_m = field.nnz_in(3)
-    m = ca.SX.sym("m", n_m)
+    y, t, p, m = arguments_of(field)
     sign = lambda e: ca.if_else(e < 0, -1, 1)  # noqa: E731
-    mode = ca.vertsplit(m) if n_m else []
+    mode = ca.vertsplit(m) if m.numel() else []
     for i, w in enumerate(ca.vertsplit(automaton.gauge(y, t, p)[0]) if n_c else []):
         if not automaton.sticks[i]:
             mode[i], mode[layout.direction(i)] = ca.SX(0), sign(w)
@@ -94,8 +122,8 @@ def node_function(field: ca.Function, n_integrals: int) -> ca.Function:
 
     r holds guards and the rows not integrated, b how much they change at most if every state changes by ``size + |y|``.
     """
-    y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
-    p, m, size = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3)), ca.SX.sym("size", y.numel())
+    y, t, p, m = arguments_of(field)
+    size = ca.SX.sym("size", y.numel())
     rate, guards, rows = field(y, t, p, m)
     rows = ca.vertcat(guards, rows[n_integrals:])
     first = along(rows, rate, y, t)

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from symfric.solve.run import Path
+from symfric.solve.path import Path
 from symfric.solve.status import Status
 
 

@@ -12,34 +12,31 @@ import sympy as sp
 
 from symfric.errors import NoRoute, SceneError
 from symfric.locks import SYMBOLIC
-from symfric.lower.automaton import automaton_of
 from symfric.model.outputs import INTEGRAL, VALUES, OutputOfExpression, Row
-from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite
 from symfric.solve.input_segments import segments
-from symfric.solve.integrators.implicit_pieces import ImplicitPieces
+from symfric.solve.integrators.implicit.implicit_pieces import ImplicitPieces
+from symfric.solve.integrators.implicit.stretch import stretch_of
 from symfric.solve.integrators.integrated_piece import SegmentStart
-from symfric.solve.integrators.mode_functions import ONE_STEP, signs_evaluated
-from symfric.solve.integrators.mode_selection import (
+from symfric.solve.integrators.mode_functions import ONE_STEP, ModeEquations, signs_evaluated
+from symfric.solve.integrators.mode_integrators import FINEST, ModeIntegrators
+from symfric.solve.integrators.modes.mode_selection import (
     ROUNDING,
     NearlyParallel,
-    Rule,
     make_rule,
     next_mode,
     numbers,
     starting_mode,
 )
 from symfric.solve.integrators.motion import Motion
-from symfric.solve.integrators.one_by_one import OneByOne
 from symfric.solve.integrators.recorder import Recorder
 from symfric.solve.integrators.refusals import declines, has_events, remembering
-from symfric.solve.integrators.segment import FINEST, ModeIntegrators
-from symfric.solve.integrators.sizes import Sizing, first_sizes, make_sizing, sizes_along
-from symfric.solve.integrators.stretch import stretch_of
+from symfric.solve.integrators.sizes import first_sizes, make_sizing, sizes_along
 from symfric.solve.lowered import LoweredScene
-from symfric.solve.run import Path, Raw, Run
+from symfric.solve.path import Path
+from symfric.solve.protocol import Program
+from symfric.solve.run import Raw, Run
 from symfric.solve.status import Status
-from symfric.solve.widened import widened
 from symfric.time_limit import check_time
 
 if TYPE_CHECKING:
@@ -50,24 +47,17 @@ _KEPT = 4  # most sets of integrators stored in a program
 # number of consecutive events, each within this fraction of the horizon, that count as chatter
 _STALLED, _LITTLE = 200, 1e-9
 
+Flow = ModeIntegrators | ImplicitPieces
 
-class IntegratorsProgram(OneByOne):
+
+class IntegratorsProgram(Program):
     """A scene prepared for one tolerance and one integrator; `run` repeats it with other numbers."""
 
-    def __init__(
-        self,
-        scene: Scene,
-        tolerance: float,
-        settings: "Integrators",
-        varied: frozenset[str] = frozenset(),
-        lowered: LoweredScene | None = None,
-    ):
-        self.scene, self.tolerance, self.settings = scene, check_tolerance(tolerance), settings.resolved(stiff=False)
-        settings = self.settings
-        self.varied = varied
-        lowered = LoweredScene(scene, varied) if lowered is None else lowered
-        self.built_in = lowered.built_in
-        self.wider: dict[frozenset[str], IntegratorsProgram] = {}
+    settings: "Integrators"
+
+    def __init__(self, lowered: LoweredScene, tolerance: float, settings: "Integrators"):
+        super().__init__(lowered, check_tolerance(tolerance), settings)
+        scene = self.scene
         outputs = scene.outputs
         rows = {n: o.row(scene.horizon) for n, o in outputs.items() if isinstance(o, OutputOfExpression)}
         self._integrals = {n: r.expr for n, r in rows.items() if r.kind == INTEGRAL}
@@ -78,7 +68,7 @@ class IntegratorsProgram(OneByOne):
         if self._times and len(self._times) == len(self._ranges) and not self._keep_path:
             self._only = np.unique(np.concatenate(list(self._times.values())))
         self._keep_events = any(o.keeps_events for o in outputs.values())
-        self.automaton = automaton_of(lowered.dynamics, [*self._integrals.values(), *self._ranges.values()])
+        self.automaton = lowered.automaton_with([*self._integrals.values(), *self._ranges.values()])
         refusal = declines(self.automaton, settings.plugin, scene)
         if refusal:
             raise NoRoute(f"the route 'integrators' declines: {refusal}")
@@ -89,40 +79,20 @@ class IntegratorsProgram(OneByOne):
             self.automaton = replace(self.automaton, field=signs_evaluated(self.automaton))
         self._field, count = self.automaton.field, len(self._integrals)
         stretch = None if one_step else stretch_of(lowered.dynamics, self.automaton)
-        self._make_flow: Callable[[], ModeIntegrators | ImplicitPieces] = partial(
+        self._make_flow: Callable[[], Flow] = partial(
             ImplicitPieces if self._held and not one_step else ModeIntegrators,
-            self._field, self.automaton, count, settings, self.tolerance, scene.horizon, stretch,
-        )  # fmt: skip
-        first = self._make_flow()
-        self._sizing: Sizing = make_sizing(self.automaton, self._field, count, scene.horizon)
-        self._idle: deque[ModeIntegrators | ImplicitPieces] = deque(
-            [first], maxlen=_KEPT
-        )  # an integrator can be used by one run at a time
-        zero = max(1e-12, 10 * first.local)
-        self._rule: Rule = make_rule(
-            self.automaton, self.automaton.n_q, zero, self.tolerance, scene.horizon, not one_step
+            ModeEquations(self._field, self.automaton, count, settings, self.tolerance, scene.horizon, stretch),
         )
+        first = self._make_flow()
+        self._sizing = make_sizing(self.automaton, self._field, count, scene.horizon)
+        self._idle: deque[Flow] = deque([first], maxlen=_KEPT)  # an integrator can be used by one run at a time
+        zero = max(1e-12, 10 * first.local)  # what the integrator's error leaves of a slip at an event
+        self._rule = make_rule(self.automaton, zero, self.tolerance, scene.horizon, not one_step)
 
-    def __reduce__(self):
-        """Pickle as the arguments of `prepare`."""
-        return IntegratorsProgram, (self.scene, self.tolerance, self.settings, self.varied)
-
-    def remade(self, varied: frozenset[str]) -> "IntegratorsProgram":
-        """Return the program with the parameters `varied` free instead of built in."""
-        return IntegratorsProgram(self.scene, self.tolerance, self.settings, varied)
-
-    def run(
-        self,
-        values: Mapping[Key, float] | None = None,
-        initial: Mapping[Key, float] | None = None,
-        progress: Callable[[float], None] | None = None,
+    def _run(
+        self, values: dict[Key, float], initial: dict[Key, float], progress: Callable[[float], None] | None
     ) -> Run:
-        """Run with other parameter values or another start; `progress` is called with the fraction done at times."""
-        general = widened(self, values or {})
-        if general is not None:
-            return general.run(values, initial, progress)
-        motion = self.follow(values or {}, initial or {}, progress)
-        return self.collect(motion, dict(values or {}), dict(initial or {}))
+        return self.collect(self.follow(values, initial, progress), values, initial)
 
     def follow(
         self,
@@ -151,7 +121,7 @@ class IntegratorsProgram(OneByOne):
         times, inputs = segments([scene.inputs[s] for s in self.automaton.inputs], horizon)
         for k, row in enumerate(inputs):
             p, end = np.concatenate([parameters, row]), min(times[k + 1], horizon)
-            self._settle(motion, p, frozenset(), first=k == 0)
+            self._select_mode(motion, p, frozenset(), first=k == 0)
             if k == 0:
                 self._start_springs(motion, p)
                 motion.size = self._sizes(flow, motion, p, horizon)
@@ -165,16 +135,14 @@ class IntegratorsProgram(OneByOne):
         self._idle.append(flow)
         return motion
 
-    def _sizes(
-        self, flow: ModeIntegrators | ImplicitPieces, motion: Motion, p: np.ndarray, horizon: float
-    ) -> np.ndarray:
+    def _sizes(self, flow: Flow, motion: Motion, p: np.ndarray, horizon: float) -> np.ndarray:
         """Return the sizes of states and integrals from the start, or of continuous laws from a rough motion."""
         sizes = first_sizes(self._sizing, motion.y, 0.0, p, motion.m)
         if flow.rough is None:
             return sizes
         return sizes_along(flow.rough, sizes, motion.y, p, motion.m, horizon)
 
-    def _lease(self) -> ModeIntegrators | ImplicitPieces:
+    def _lease(self) -> Flow:
         """Borrow a set of integrators for one run."""
         try:
             flow = self._idle.pop()
@@ -184,7 +152,7 @@ class IntegratorsProgram(OneByOne):
         flow.begin()
         return flow
 
-    def _settle(self, motion: Motion, p: np.ndarray, hit: frozenset[int], first: bool = False) -> None:
+    def _select_mode(self, motion: Motion, p: np.ndarray, hit: frozenset[int], first: bool = False) -> None:
         """Select the mode at the current state, and log the change."""
         if not self._held:
             return
@@ -227,13 +195,13 @@ class IntegratorsProgram(OneByOne):
     def _transit(self, motion: Motion, p: np.ndarray, hit: np.ndarray) -> None:
         """Change state and mode at events of contacts behind springs."""
         assert self.automaton.transition is not None
-        found = self.automaton.transition(motion.y, motion.t, p, motion.m, hit, np.zeros(hit.size))
-        motion.y, motion.m = numbers(found[0]), numbers(found[1])
+        after = self.automaton.transition(motion.y, motion.t, p, motion.m, hit, np.zeros(hit.size))
+        motion.y, motion.m = numbers(after[0]), numbers(after[1])
 
-    def _integrate(self, flow: ModeIntegrators | ImplicitPieces, motion: Motion, p: np.ndarray, end: float) -> None:
+    def _integrate(self, flow: Flow, motion: Motion, p: np.ndarray, end: float) -> None:
         """Integrate to `end`, to the next event, or over a part of the way."""
         if self.automaton.autonomous and not np.any(numbers(self._field(motion.y, motion.t, p, motion.m)[0])):
-            motion.rest = motion.t if math.isnan(motion.rest) else motion.rest
+            motion.rest = motion.t if math.isnan(motion.rest) else motion.rest  # without a rate it stays for ever
         state = np.concatenate([motion.y, motion.total])
         motion.size = np.maximum(motion.size, np.abs(state))
         start = SegmentStart(motion.t, state, p, motion.m, motion.size, motion.inner)
@@ -274,9 +242,9 @@ class IntegratorsProgram(OneByOne):
             motion.events.append((motion.t, len(layout.lines) + k, int(before), int(after)))
             motion.counts["events"] += 1
         else:
-            self._settle(motion, p, frozenset({index}))
+            self._select_mode(motion, p, frozenset({index}))
 
-    def collect(self, motion: Motion, values: dict, initial: dict) -> Run:
+    def collect(self, motion: Motion, values: dict[Key, float], initial: dict[Key, float]) -> Run:
         """Return the result of a motion."""
         motion.counts.pop("stalled", None)
         path = log = None
@@ -293,24 +261,10 @@ class IntegratorsProgram(OneByOne):
         if low is not None and high is not None:
             ranges = {n: (low[k], high[k]) for k, n in enumerate(self._ranges)}
         integrals = dict(zip(self._integrals, motion.total.tolist(), strict=True))
-        raw = Raw(
-            rows={**ranges, **integrals, **motion.values},
-            rest=motion.rest,
-            path=path,
-            events=log,
-        )
-        return Run(
-            base=self.scene,
-            values=values,
-            initial=initial,
-            settings=self.settings,
-            tolerance=self.tolerance,
-            final=motion.y,
-            t_final=motion.t,
-            status=motion.status,
-            stats=dict(motion.counts),
-            raw=raw,
-        )
+        raw = Raw({**ranges, **integrals, **motion.values}, motion.rest, path, log)
+        counts: dict[str, float] = dict(motion.counts)
+        end = motion.y, motion.t, motion.status, counts
+        return Run(self.scene, values, initial, self.settings, self.tolerance, *end, raw)
 
 
 def check_tolerance(tolerance: float) -> float:

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from symfric.lower.automaton import Automaton
-from symfric.solve.integrators.hermite import extremes, quintic
+from symfric.solve.integrators.dense_output.hermite import extremes, quintic
+from symfric.solve.integrators.dense_output.refined_grid import cubics, extremes_of
 from symfric.solve.integrators.integrated_piece import IntegratedPiece
 from symfric.solve.integrators.motion import Motion
-from symfric.solve.integrators.refined_grid import cubics, extremes_of
-from symfric.solve.run import Path
+from symfric.solve.path import Path
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Recorder:
     ranges : tuple of str
         Observables that are no integrals.
     times : mapping of str to ndarray
-        Of those wanted at given times.
+        Of those taken at given times.
     path : bool
         Whether the trajectory is kept.
     held : bool

@@ -25,29 +25,20 @@ def remembering(scene: Scene) -> bool:
     return any(c.law.memory is not None and c.along_line for c in scene.contacts)
 
 
-def declines(automaton: Automaton, plugin: str | None, scene: Scene) -> str:
-    """Return the reason why the route declines the scene; empty if it takes it."""
-    if plugin != "cvodes" or not remembering(scene):
-        return declines_derivatives(automaton, plugin, scene)
-    if automaton.at_edges and has_events(automaton):
-        return "a profile jumps, and a contact can stick"
-    return ""
-
-
-def declines_derivatives(automaton: Automaton, plugin: str | None, scene: Scene) -> str:
-    """Return the reason why the route declines the scene if derivatives are wanted; empty if it takes it."""
+def declines(automaton: Automaton, plugin: str | None, scene: Scene, derivatives: bool = False) -> str:
+    """Return the reason why a plugin cannot run a scene, or not with derivatives; empty if it can."""
+    if plugin == "cvodes" and remembering(scene) and not derivatives:
+        if automaton.at_edges and has_events(automaton):
+            return "a profile jumps, and a contact can stick"
+        return ""
     if automaton.layout.others:
         return f"contact {automaton.layout.others[0].name!r} is behind a spring"
     if plugin in ONE_STEP:
         return ""
     if any(automaton.sticks):
-        return (
-            f"{plugin} has no events that work, and a contact can stick; use scene.regularised(v_s), or the "
-            "plugin 'erk' or 'rosenbrock'"
-        )
+        other = "" if derivatives else ", or the plugin 'erk' or 'rosenbrock'"
+        return f"{plugin} has no events that work, and a contact can stick; use scene.regularised(v_s){other}"
     if kinks_matter(scene) and automaton.layout.switches:
-        return (
-            f"{plugin} steps over kinks, so only the end and integrals are right; want those alone, or use "
-            "the plugin 'erk' or 'rosenbrock'"
-        )
+        other = "" if derivatives else ", or use the plugin 'erk' or 'rosenbrock'"
+        return f"{plugin} steps over kinks, so only the end and integrals are right; want those alone{other}"
     return ""

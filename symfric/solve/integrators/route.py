@@ -13,13 +13,14 @@ from symfric.errors import SceneError
 from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP
 from symfric.solve.integrators.program import IntegratorsProgram
 from symfric.solve.integrators.refusals import declines
-from symfric.solve.integrators.stiffness import MANY, explicit_steps
+from symfric.solve.integrators.stiffness import MANY, explicit_steps, pays
+from symfric.solve.integrators.variational_program import VariationalProgram
 from symfric.solve.lowered import LoweredScene
-from symfric.solve.protocol import Answer
+from symfric.solve.protocol import Route
 
 
 @dataclass(frozen=True)
-class Integrators:
+class Integrators(Route):
     """Settings of the route `integrators`.
 
     Attributes
@@ -50,7 +51,7 @@ class Integrators:
     max_events: int = 50_000
     max_steps: int = 2_000_000
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if self.plugin is not None and self.plugin not in ONE_STEP + CONTINUOUS:
             raise SceneError(f"no integrator {self.plugin!r}; there are {', '.join(ONE_STEP + CONTINUOUS)}")
         if not self.max_step > 0:
@@ -58,77 +59,27 @@ class Integrators:
         if min(self.elements, self.max_events, self.max_steps) < 1:
             raise SceneError("elements and the budgets max_events and max_steps must be positive")
 
-    def answer(self, scene: LoweredScene) -> Answer:
-        """Return whether the plugin can run a scene; preferred only if a law with memory is stiff.
+    def declines(self, scene: LoweredScene) -> str:
+        if scene.directions and self.plugin not in (None, "cvodes"):
+            return f"{self.plugin} computes no derivatives, cvodes does"
+        refusal = declines(scene.automaton, self._resolved(scene).plugin, scene.scene, bool(scene.directions))
+        return refusal or ("computes no second derivatives" if scene.directions and scene.order > 1 else "")
 
-        Parameters
-        ----------
-        scene : LoweredScene
-
-        Returns
-        -------
-        Answer
-
-        Examples
-        --------
-        >>> import symfric as sf
-        >>> from symfric.solve.lowered import LoweredScene
-        >>> lowered = LoweredScene(sf.scenes.coulomb_oscillator(0.1))
-        >>> sf.Integrators().answer(lowered).takes
-        True
-        """
+    def _merits(self, scene: LoweredScene) -> tuple[bool, str]:
+        if scene.directions:
+            return pays(scene), "derivatives with the motion, by cvodes, for stiff laws with memory"
         steps = explicit_steps(scene)
-        stiff = steps > MANY
-        refusal = declines(scene.automaton, self.resolved(stiff).plugin, scene.scene)
-        words = "by one to three orders of magnitude; kept as an independent check"
-        if stiff:
-            words = f"a law with memory is stiff: explicit steps would be about {steps:.1g}; by cvodes, implicit"
-        return Answer(not refusal, stiff and not refusal, refusal or words)
+        if steps > MANY:
+            return True, f"a law with memory is stiff: explicit steps would be about {steps:.1g}; by cvodes, implicit"
+        return False, "by one to three orders of magnitude; kept as an independent check"
 
-    def resolved(self, stiff: bool) -> "Integrators":
-        """Return the settings with a plugin, as `answer` and `build` use them.
+    def _resolved(self, scene: LoweredScene) -> "Integrators":
+        """Return the settings with the plugin for a scene."""
+        if self.plugin:
+            return self
+        implicit = bool(scene.directions) or explicit_steps(scene) > MANY
+        return replace(self, plugin="cvodes" if implicit else "erk")
 
-        Parameters
-        ----------
-        stiff : bool
-
-        Returns
-        -------
-        Integrators
-
-        Examples
-        --------
-        >>> import symfric as sf
-        >>> sf.Integrators().resolved(stiff=True).plugin
-        'cvodes'
-        """
-        return self if self.plugin else replace(self, plugin="cvodes" if stiff else "erk")
-
-    def build(self, scene: LoweredScene, tolerance: float) -> "IntegratorsProgram":
-        """Compile a scene.
-
-        Parameters
-        ----------
-        scene : LoweredScene
-        tolerance : float
-            See `sf.prepare`.
-
-        Returns
-        -------
-        IntegratorsProgram
-
-        Raises
-        ------
-        NoRoute
-            If this route cannot take the scene.
-
-        Examples
-        --------
-        >>> import symfric as sf
-        >>> from symfric.solve.lowered import LoweredScene
-        >>> lowered = LoweredScene(sf.scenes.coulomb_oscillator(0.1))
-        >>> sf.Integrators().build(lowered, 1e-9).run().status.name
-        'OK'
-        """
-        settings = self.resolved(explicit_steps(scene) > MANY)
-        return IntegratorsProgram(scene.scene, tolerance, settings, scene.varied, scene)
+    def build(self, scene: LoweredScene, tolerance: float) -> IntegratorsProgram | VariationalProgram:
+        program = VariationalProgram if scene.directions else IntegratorsProgram
+        return program(scene, tolerance, self._resolved(scene))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import casadi as ca
 import numpy as np
 
-from symfric.lower.automaton import Automaton
+from symfric.lower.automaton import Automaton, arguments_of
 from symfric.lower.mode_layout import ModeLayout
 from symfric.solve.integrators.mode_functions import mode_integrator
 
@@ -41,8 +41,7 @@ class Sizing:
 
 def make_sizing(automaton: Automaton, field: ca.Function, n_integrals: int, horizon: float) -> Sizing:
     """Build the functions from the rates of an automaton; the first rows of `field` are integrands."""
-    y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
-    p, m = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
+    y, t, p, m = arguments_of(field)
     rate, _, rows = field(y, t, p, m)
     rows = rows[:n_integrals]
     slopes = ca.jacobian(rate, y)
@@ -93,7 +92,9 @@ def rough_motion(field: ca.Function, n_integrals: int, horizon: float) -> ca.Fun
     return mode_integrator(field, n_integrals, "cvodes", math.inf, _COARSE, horizon, 0, _NODES, _MOST)
 
 
-def sizes_along(rough: ca.Function, sizes: np.ndarray, y: np.ndarray, p: np.ndarray, m: np.ndarray, horizon: float):
+def sizes_along(
+    rough: ca.Function, sizes: np.ndarray, y: np.ndarray, p: np.ndarray, m: np.ndarray, horizon: float
+) -> np.ndarray:
     """Return the largest magnitudes along a rough motion; the given sizes where nothing moves or the motion fails.
 
     What the forces are at the start says little where it is a layer: bristles that are straight yet are bent within a
@@ -102,17 +103,17 @@ def sizes_along(rough: ca.Function, sizes: np.ndarray, y: np.ndarray, p: np.ndar
     state = np.append(y, np.zeros(sizes.size - y.size))
     for _ in range(_ROUNDS):
         try:
-            found = np.array(rough(x0=state / sizes, p=np.concatenate([p, m, sizes, [0.0, horizon]]))["xf"])
+            scaled = np.array(rough(x0=state / sizes, p=np.concatenate([p, m, sizes, [0.0, horizon]]))["xf"])
         except RuntimeError:
             return sizes
-        most = np.maximum(np.max(np.abs(found), axis=1) * sizes, np.abs(state))
+        most = np.maximum(np.max(np.abs(scaled), axis=1) * sizes, np.abs(state))
         if not np.all(np.isfinite(most)):
             return sizes
         sizes = np.where(most > 0, most, sizes)
     return sizes
 
 
-def _to_come(sizing: Sizing, y, t: float, p, m) -> tuple[np.ndarray, np.ndarray]:
+def _to_come(sizing: Sizing, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the change of the rates with explicit time, and its time scale."""
     if sizing.later is None:
         return np.zeros(y.size), np.full(y.size, sizing.horizon)

@@ -6,9 +6,10 @@ import casadi as ca
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.lower.automaton import arguments_of
 from symfric.solve.input_segments import segments
 from symfric.solve.integrators.mode_functions import mode_integrator, signs_evaluated
-from symfric.solve.integrators.refusals import declines_derivatives
+from symfric.solve.integrators.refusals import declines
 from symfric.solve.integrators.sizes import first_sizes, make_sizing
 from symfric.solve.lowered import LoweredScene
 
@@ -30,9 +31,9 @@ def explicit_steps(scene: LoweredScene) -> float:
 
 def pays(scene: LoweredScene) -> bool:
     """Whether derivatives cost less by an implicit integrator, which takes about as many steps with them as without."""
-    return explicit_steps(scene) > MANY_WITH_DERIVATIVES and not declines_derivatives(
-        scene.automaton, "cvodes", scene.scene
-    )
+    if explicit_steps(scene) <= MANY_WITH_DERIVATIVES:
+        return False
+    return not declines(scene.automaton, "cvodes", scene.scene, derivatives=True)
 
 
 def _explicit_steps(scene: LoweredScene) -> float:
@@ -56,17 +57,16 @@ def _explicit_steps(scene: LoweredScene) -> float:
     size = first_sizes(make_sizing(automaton, field, 0, horizon), y, 0.0, p, m)
     motion = mode_integrator(field, 0, "cvodes", math.inf, _COARSE, horizon, 0, _NODES, _MOST)
     try:
-        found = np.array(motion(x0=y / size, p=np.concatenate([p, m, size, [0.0, horizon]]))["xf"]) * size[:, None]
+        states = np.array(motion(x0=y / size, p=np.concatenate([p, m, size, [0.0, horizon]]))["xf"]) * size[:, None]
     except RuntimeError:
         return 0.0
     times = np.linspace(0.0, horizon, _NODES + 1)[1:]
-    rates = [_decay(np.array(slopes(found[:, k], t, p, m))) for k, t in enumerate(times)]
+    rates = [_decay(np.array(slopes(states[:, k], t, p, m))) for k, t in enumerate(times)]
     return float(np.mean(rates)) * horizon / _PER_STEP
 
 
 def _slopes(field: ca.Function) -> ca.Function:
-    y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
-    p, m = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
+    y, t, p, m = arguments_of(field)
     return ca.Function("slopes", [y, t, p, m], [ca.densify(ca.jacobian(field(y, t, p, m)[0], y))])
 
 
@@ -75,5 +75,6 @@ def _decay(slopes: np.ndarray) -> float:
     if not np.all(np.isfinite(slopes)):
         return 0.0
     values = np.linalg.eigvals(slopes)
+    # a vibration needs its steps by any method; only decays that explicit ones must follow without need are stiff
     fastest = float(np.max(-values.real))
     return fastest if fastest > _DECAYS * np.max(np.abs(values.imag)) else 0.0

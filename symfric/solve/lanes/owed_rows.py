@@ -1,4 +1,4 @@
-"""Wanted rows of a step that a kernel has left, with the code of the event loop; see `.wanted_rows`."""
+"""Observables rows of a step that a kernel has left, with the code of the event loop; see `.wanted_rows`."""
 
 from collections.abc import Callable
 

@@ -12,7 +12,7 @@ from symfric.codegen.loop_loader import load_loop
 from symfric.model.outputs import INTEGRAL, RANGE
 from symfric.solve.loop.case_arrays import CaseArrays, Place, make_arrays
 from symfric.solve.loop.compiled_model import CompiledModel
-from symfric.solve.observables import Wanted
+from symfric.solve.observables import Observables
 from symfric.time_limit import check_time
 
 _BLOCK = 512  # most cases that a thread takes at once
@@ -132,7 +132,7 @@ def share_out(
     return arrays
 
 
-def rows_of(wanted: Wanted, arrays: CaseArrays) -> dict[str, Any]:
+def rows_of(wanted: Observables, arrays: CaseArrays) -> dict[str, Any]:
     """Return the observable of every output, as `Workspace.collect` does, with the cases as last axis."""
     found: dict[str, Any] = {}
     first = np.cumsum([0, *(len(row.times) for row in wanted.rows)])

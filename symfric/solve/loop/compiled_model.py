@@ -11,8 +11,9 @@ from symfric.codegen.array_table import Table
 from symfric.codegen.loop_loader import Loop
 from symfric.model.outputs import INTEGRAL, RANGE, Row
 from symfric.solve.loop.run_arrays import RunArrays, Stored
-from symfric.solve.observables import Wanted
-from symfric.solve.run import Path, Raw
+from symfric.solve.observables import Observables
+from symfric.solve.path import Path
+from symfric.solve.run import Raw
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, Status
 from symfric.time_limit import check_time
 
@@ -41,7 +42,7 @@ class CompiledModel:
     first : RunArrays
     shared : frozenset of str
         Fields that no run changes: all workspaces have the same arrays there.
-    wanted : Wanted
+    wanted : Observables
     n_x : int
         States of the motion; what follows them in `y` is no part of results.
     horizon : float
@@ -53,7 +54,7 @@ class CompiledModel:
         code: object,
         first: Any,
         shared: frozenset[str],
-        wanted: Wanted,
+        wanted: Observables,
         n_x: int,
         horizon: float,
     ):

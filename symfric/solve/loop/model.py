@@ -17,7 +17,7 @@ from symfric.solve.loop.run_arrays import limit
 from symfric.solve.loop.stepping.decay_weights import exact_order
 from symfric.solve.loop.stepping.series import Series, reach
 from symfric.solve.loop.workspace import SHARED, make_arrays
-from symfric.solve.observables import Wanted
+from symfric.solve.observables import Observables
 
 _WRITTEN = 60  # states up to which their polynomials are evaluated by straight-line code; beyond, in a loop
 
@@ -26,7 +26,7 @@ def series_model(
     scene: Scene,
     automaton: Automaton,
     variants: Sequence[Series],
-    wanted: Wanted,
+    wanted: Observables,
     budgets: tuple[int, int],
     tolerances: tuple[float, float],
     variations: Variations | None = None,
@@ -40,7 +40,7 @@ def series_model(
     automaton : Automaton
     variants : sequence of Series
         As for `make_arrays`; those without a series are linear equations.
-    wanted : Wanted
+    wanted : Observables
     budgets : (int, int)
         Most steps and events.
     tolerances : (float, float)

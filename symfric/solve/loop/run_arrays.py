@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from symfric.codegen.array_table import ArraySet, Cube, IntegerMatrix, Integers, Matrix, Reals, Scalars
-from symfric.solve.observables import Wanted
+from symfric.solve.observables import Observables
 
 CHUNK = 1_000_000  # number of steps between two reports of the progress
 
@@ -119,7 +119,7 @@ def common(n_x: int, n_p: int, times: Sequence[Sequence[float]], order: int, n_c
     }
 
 
-def limit(limits: Limits, budgets: tuple[int, int], wanted: Wanted) -> None:
+def limit(limits: Limits, budgets: tuple[int, int], wanted: Observables) -> None:
     """Set the limits of a run from the budgets of steps and events and the observables."""
     limits.max_steps, limits.max_events, limits.chunk = *budgets, CHUNK
     limits.keep_path, limits.keep_events = wanted.path, wanted.events

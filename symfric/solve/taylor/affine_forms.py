@@ -8,6 +8,7 @@ choice by the mode is a choice of coefficients.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
@@ -61,13 +62,13 @@ def _once(name: str, arguments: list[ca.SX], out: Sequence[ca.SX], like: ca.Func
 class _Gathering:
     """The affine forms of the nodes read so far."""
 
-    def __init__(self, arguments: list[ca.SX]):
+    def __init__(self, arguments: list[ca.SX]) -> None:
         self._arguments = arguments
         self._forms: list[_Form] = []
         self._atoms: list[ca.SX] = []
         self._entire: list[bool] = []
         self._whole_of: dict[int, int] = {}  # atoms that stand for whole nodes, by the identity of their terms
-        self._made: dict[tuple, _Form] = {}  # products and quotients by their atoms
+        self._made: dict[tuple[Any, ...], _Form] = {}  # products and quotients by their atoms
 
     def value(self, i: int) -> ca.SX:
         """Return node i as an expression."""

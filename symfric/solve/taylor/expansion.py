@@ -12,7 +12,7 @@ from symfric.solve.loop.stepping.enclosure import hiding, unseen
 from symfric.solve.loop.stepping.series import PROBED, Series
 from symfric.solve.taylor.affine_forms import gathered
 from symfric.solve.taylor.fixed import Fixed
-from symfric.solve.taylor.recurrences import Jet, at, coefficient, plus, scaled, times
+from symfric.solve.taylor.recurrences import Jet, Value, at, coefficient, plus, scaled, times
 from symfric.solve.taylor.table import LONG, OperationTable, length
 
 # Most states of a system whose newest coefficients are computed outside the operations, see `_split_rates`, and most
@@ -54,12 +54,12 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
     n_x, p, m = field.nnz_in(0), ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
     fixed, state = Fixed(nodes, p, m), ca.SX.sym("y", n_x + 1)
     rows = [] if length(nodes, order) > LONG else _written_out(nodes, outputs, fixed, state, order)
-    wanted = [*outputs[0], *outputs[1], *outputs[2]]
+    targets = [*outputs[0], *outputs[1], *outputs[2]]
     hidden = hiding(nodes, order)
-    exposed = tuple(r for r, node in enumerate(wanted) if hidden[node])
+    exposed = tuple(r for r, node in enumerate(targets) if hidden[node])
     bounds = terms = None
     if exposed:
-        box, *out = unseen(nodes, wanted, n_x, order, fixed.value)
+        box, *out = unseen(nodes, targets, n_x, order, fixed.value)
         bounds, terms = (
             ca.Function(name + suffix, [box, fixed.symbols()], [ca.densify(e)], {"cse": True})
             for name, e in zip(("unseen", "terms"), out, strict=True)
@@ -87,7 +87,7 @@ def _written_out(nodes: list[Node], outputs: list[list[int]], fixed: Fixed, stat
     sweep = _Sweep(nodes, fixed)
     x: list[Jet] = [[state[i]] for i in range(n_x)]
     clock = [state[n_x], ca.SX(1)]
-    slopes: list[list] = []
+    slopes: list[list[Jet]] = []
     most = _taken_out(n_x, sum(node.moves for node in nodes))
     for k in range(order + 1):
         sweep.extend([at(row, k) for row in x], at(clock, k))
@@ -116,17 +116,17 @@ def _taken_out(n_x: int, moving: int) -> int:
 class _Sweep:
     """The jets of all nodes, extended by one order at a time."""
 
-    def __init__(self, nodes: list[Node], fixed: Fixed):
+    def __init__(self, nodes: list[Node], fixed: Fixed) -> None:
         self._nodes, self._fixed = nodes, fixed
         self._moving = [i for i, node in enumerate(nodes) if node.moves]
         self.jets: list[Jet] = [[] for _ in nodes]  # empty for nodes that do not move
         self._partners: list[Jet] = [[] for _ in nodes]
 
-    def at(self, i: int, k: int):
+    def at(self, i: int, k: int) -> Value:
         """Return coefficient k of node i."""
         return at(self.jets[i] if self._nodes[i].moves else [self._fixed.value(i)], k)
 
-    def extend(self, newest: list, clock) -> None:
+    def extend(self, newest: Jet, clock: Value) -> None:
         """Append the next coefficient to every jet, from the newest ones of states and time."""
         for i in self._moving:
             node, jet = self._nodes[i], self.jets[i]
@@ -136,8 +136,8 @@ class _Sweep:
             args = [self.jets[a] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args]
             jet.append(coefficient(node.op, len(jet), jet, args, self._partners[i], node.saturates, node.grows))
 
-    def trial(self, k: int, newest: list[list], clock: list, wanted: list[int]) -> list:
-        """Return coefficients k of the nodes `wanted` for other newest coefficients of states and time."""
+    def trial(self, k: int, newest: list[Jet], clock: Jet, targets: list[int]) -> Jet:
+        """Return coefficients k of the nodes `targets` for other newest coefficients of states and time."""
         first = k - len(newest) + 1
         tried: dict[int, Jet] = {}
         partners: dict[int, Jet] = {}
@@ -152,22 +152,22 @@ class _Sweep:
                     continue
                 args = [tried[a] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args]
                 jet.append(coefficient(node.op, order, jet, args, partners[i], node.saturates, node.grows))
-        return [tried[o][k] if self._nodes[o].moves else None for o in wanted]
+        return [tried[o][k] if self._nodes[o].moves else None for o in targets]
 
 
-def _unit(i: int, n: int) -> list:
+def _unit(i: int, n: int) -> Jet:
     return [ca.SX(1) if j == i else None for j in range(n)]
 
 
-def _next_slopes(slopes: list[list], k: int, state: ca.SX, rate: list) -> list[list]:
+def _next_slopes(slopes: list[Jet], k: int, state: ca.SX, rate: Jet) -> list[Jet]:
     """Return Taylor coefficient k of the slopes of the rates along the motion."""
     along = ca.vertcat(*(ca.SX(0) if r is None else r for r in rate))
     change = lambda e: None if e is None else ca.jtimes(e, state, along) / k  # noqa: E731
-    found = [[change(e) for e in column] for column in slopes]
-    return [[None if e is None or e.is_zero() else e for e in column] for column in found]
+    changes = [[change(e) for e in column] for column in slopes]
+    return [[None if e is None or e.is_zero() else e for e in column] for column in changes]
 
 
-def _split_rates(rest: list, slopes: list[list[list]], x: list[Jet], k: int) -> list:
+def _split_rates(rest: Jet, slopes: list[list[Jet]], x: list[Jet], k: int) -> Jet:
     """Return coefficients k + 1 of the states, as the part by older coefficients plus slopes times the newest.
 
     The rates are linear in the newest coefficients; `slopes` holds Taylor coefficients of their derivatives by the

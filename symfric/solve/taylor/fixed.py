@@ -8,7 +8,7 @@ from symfric.codegen.instructions import Node
 class Fixed:
     """Values that depend on parameters and mode alone, as numbers or as entries of the vector aux."""
 
-    def __init__(self, nodes: list[Node], p: ca.SX, m: ca.SX):
+    def __init__(self, nodes: list[Node], p: ca.SX, m: ca.SX) -> None:
         self._nodes, self._sources = nodes, {2: p, 3: m}
         self._expr: dict[int, ca.SX] = {}
         self._place: dict[int, int] = {}

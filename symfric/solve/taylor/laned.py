@@ -10,7 +10,9 @@ from symfric.lower.automaton import Automaton
 from symfric.solve.loop.case_arrays import CaseArrays
 from symfric.solve.loop.cases import run_cases
 from symfric.solve.loop.stepping.series import Series
+from symfric.solve.lowered import LoweredScene
 from symfric.solve.program import Compiled
+from symfric.solve.protocol import Route
 
 if TYPE_CHECKING:
     from symfric.solve.lanes.model import LaneModel
@@ -20,12 +22,14 @@ FEWEST = 16  # cases that pay in lanes that there are
 
 
 class Laned(Compiled):
-    """Base of the programs of the event loop; a program sets `automaton`, `_variants` and an empty `_lane_models`."""
+    """Base of the programs of the event loop; a program sets `automaton` and `_variants`."""
 
     automaton: Automaton
     _variants: list[Series]
-    _lane_models: "list[LaneModel | None]"  # one, once many cases have been run
-    _directions = 0  # of differentiation
+
+    def __init__(self, lowered: LoweredScene, tolerance: float, settings: Route):
+        super().__init__(lowered, tolerance, settings)
+        self._lane_models: list[LaneModel | None] = []  # one, once many cases have been run
 
     def _run_cases(
         self, y: np.ndarray, p: np.ndarray, threads: int, progress: Callable[[float], None] | None
@@ -34,10 +38,10 @@ class Laned(Compiled):
         self._get_ready(len(y))
         lanes = self._lane_models[0] if self._lane_models and len(y) >= FEWEST else None
         if lanes is None:
-            return run_cases(self._model, y, p, threads, progress, self._directions)
+            return run_cases(self._model, y, p, threads, progress, len(self.directions))
         from symfric.solve.lanes.cases import run_in_lanes  # numba: not for a single run
 
-        return run_in_lanes(lanes, y, p, threads, progress, self._directions)
+        return run_in_lanes(lanes, y, p, threads, progress, len(self.directions))
 
     def _get_ready(self, cases: int) -> None:
         if cases >= LEAST:

@@ -18,27 +18,27 @@ class Term(NamedTuple):
     atom: int
 
 
-def long_sums(nodes: Sequence[Node], wanted: set[int]) -> dict[int, list[Term]]:
+def long_sums(nodes: Sequence[Node], targets: set[int]) -> dict[int, list[Term]]:
     """Return the terms of every long sum of moving quantities by its node.
 
-    Parts of a sum that are used elsewhere, or wanted, are terms themselves.
+    Parts of a sum that are used elsewhere, or targets, are terms themselves.
     """
     uses = [0] * len(nodes)
     for node in nodes:
         for a in node.args:
             uses[a] += 1
     inner: set[int] = set()
-    found: dict[int, list[Term]] = {}
+    sums: dict[int, list[Term]] = {}
     for i in range(len(nodes) - 1, -1, -1):
         if nodes[i].op in (ca.OP_ADD, ca.OP_SUB) and nodes[i].moves and i not in inner:
-            terms, inside = _terms(nodes, i, uses, wanted)
+            terms, inside = _terms(nodes, i, uses, targets)
             if len(terms) >= _LEAST:
-                found[i] = terms
+                sums[i] = terms
                 inner |= inside
-    return found
+    return sums
 
 
-def _terms(nodes: Sequence[Node], i: int, uses: list[int], wanted: set[int]) -> tuple[list[Term], set[int]]:
+def _terms(nodes: Sequence[Node], i: int, uses: list[int], targets: set[int]) -> tuple[list[Term], set[int]]:
     """Return the terms of a sum, and the sums within it that are no terms of their own."""
     terms: list[Term] = []
     inside: set[int] = set()
@@ -46,7 +46,7 @@ def _terms(nodes: Sequence[Node], i: int, uses: list[int], wanted: set[int]) -> 
     while todo:
         k, sign = todo.pop()
         node = nodes[k]
-        own = k == i or (uses[k] == 1 and k not in wanted)
+        own = k == i or (uses[k] == 1 and k not in targets)
         if own and node.moves and node.op in (ca.OP_ADD, ca.OP_SUB):
             inside.add(k)
             todo += [(node.args[0], sign), (node.args[1], sign if node.op == ca.OP_ADD else -sign)]

@@ -3,34 +3,39 @@
 The recurrences are those of Moore and of Griewank and Walther, Evaluating Derivatives (2008), chapter 13.
 """
 
+from collections.abc import Callable
+from typing import Any
+
 import casadi as ca
 
 from symfric.codegen.instructions import GROWING
 from symfric.errors import SceneError
 
-Jet = list  # of SX or None (structural zero), by order
+Value = Any  # SX, or None, a structural zero
+Jet = list[Value]  # coefficients by order
+Rule = Callable[[int, Jet, list[Jet], Jet], Value]
 _MOST = 1e150  # largest value of an exponential, so that products of two are finite
 _NO_EXPONENTIAL, _NO_RECIPROCAL = 1e-290, 2e-150  # below them, a value that saturates is constant
 
 
-def at(jet: Jet, k: int):
+def at(jet: Jet, k: int) -> Value:
     return jet[k] if k < len(jet) else None
 
 
 # SX.binary equals the operators in a tenth of their time, since it tries no other operand types
 
 
-def times(a, b):
+def times(a: Value, b: Value) -> Value:
     return None if a is None or b is None else ca.SX.binary(ca.OP_MUL, a, b)
 
 
-def plus(a, b):
+def plus(a: Value, b: Value) -> Value:
     if a is None:
         return b
     return a if b is None else ca.SX.binary(ca.OP_ADD, a, b)
 
 
-def minus(a, b):
+def minus(a: Value, b: Value) -> Value:
     if b is None:
         return a
     return -b if a is None else ca.SX.binary(ca.OP_SUB, a, b)
@@ -41,7 +46,7 @@ def _newest_last(k: int) -> list[int]:
     return sorted(range(1, k), key=lambda j: max(j, k - j))
 
 
-def _convolution(a: Jet, b: Jet, k: int):
+def _convolution(a: Jet, b: Jet, k: int) -> Value:
     """Sum of a[j] b[k-j] for j = 1 .. k - 1, newest coefficients last, so that earlier terms are summed in advance."""
     total = None
     for j in _newest_last(k):
@@ -54,7 +59,7 @@ def _derivative(a: Jet) -> Jet:
     return [scaled(e, j) for j, e in enumerate(a)]
 
 
-def _product(a: Jet, b: Jet, k: int, last: int = 0):
+def _product(a: Jet, b: Jet, k: int, last: int = 0) -> Value:
     """Sum of a[j] b[k-j] for j = 0 .. k - last.
 
     The terms with the newest coefficients are added last: the others are ready long before, and the recurrence from one
@@ -68,7 +73,7 @@ def _product(a: Jet, b: Jet, k: int, last: int = 0):
     return plus(rest, times(at(a, 0), at(b, k)))
 
 
-def _square(a: Jet, k: int, first: int = 0):
+def _square(a: Jet, k: int, first: int = 0) -> Value:
     """Coefficient k of a^2 (from index `first` on both sides), each pair once, the newest last."""
     pairs = None
     for j in range((k - 1) // 2, 1, -1):
@@ -80,17 +85,19 @@ def _square(a: Jet, k: int, first: int = 0):
     return rest
 
 
-def scaled(a, factor: float):
+def scaled(a: Value, factor: float) -> Value:
     return None if a is None else ca.SX.binary(ca.OP_MUL, a, ca.SX(factor))
 
 
-def _moment(a: Jet, b: Jet, k: int, last: int = 0):
+def _moment(a: Jet, b: Jet, k: int, last: int = 0) -> Value:
     """1/k times the sum of j a[j] b[k-j], j = 1 .. k - last: coefficient k of the integral of a' b; the newest last."""
     rest = scaled(_convolution(_derivative(a[: k + 1]), b, k), 1 / k)
     return rest if last else plus(rest, times(at(a, k), at(b, 0)))
 
 
-def coefficient(op: int, k: int, out: Jet, args: list[Jet], partner: Jet, saturates: bool = False, grows: bool = False):
+def coefficient(
+    op: int, k: int, out: Jet, args: list[Jet], partner: Jet, saturates: bool = False, grows: bool = False
+) -> Value:
     """Return coefficient k of an operation, given its coefficients below k and those of its arguments up to k.
 
     `partner` holds the coefficients of a second quantity that some operations carry along; it is appended to. Where an
@@ -128,14 +135,14 @@ def coefficient(op: int, k: int, out: Jet, args: list[Jet], partner: Jet, satura
     rule = _RULES.get(op)
     if rule is None:
         raise SceneError(f"the operation {_name(op)} has no Taylor recurrence; use route='integrators'")
-    found = rule(k, out, args, partner)
-    if found is None or not saturates:
-        return found
+    new = rule(k, out, args, partner)
+    if new is None or not saturates:
+        return new
     value, least = (out[0], _NO_EXPONENTIAL) if op == ca.OP_EXP else (ca.fabs(partner[0]), _NO_RECIPROCAL)
-    return ca.if_else(value < least, 0, found)
+    return ca.if_else(value < least, 0, new)
 
 
-def _first(op: int, args: list[Jet], partner: Jet, grows: bool):
+def _first(op: int, args: list[Jet], partner: Jet, grows: bool) -> Value:
     values = [ca.SX(0) if j[0] is None else j[0] for j in args]
     out = ca.SX.unary(op, *values) if len(values) == 1 else ca.SX.binary(op, *values)
     if op in _PARTNERS:
@@ -156,32 +163,33 @@ def _name(op: int) -> str:
     return names[0] if names else f"number {op}"
 
 
-def _divide(k, out, args, partner):
+def _divide(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
     a, b = args
+    # out b = a
     return times(minus(at(a, k), _product(out, b, k, last=1)), partner[0])
 
 
-def _invert(k, out, args, partner):
+def _invert(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
     return times(minus(None, _product(out, args[0], k, last=1)), partner[0])
 
 
-def _sqrt(k, out, args, partner):
-    return times(minus(at(args[0], k), _square(out, k, first=1)), partner[0])
+def _sqrt(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
+    return times(minus(at(args[0], k), _square(out, k, first=1)), partner[0])  # out^2 = a
 
 
-def _exp(k, out, args, partner):
-    return _moment(args[0], out, k)
+def _exp(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
+    return _moment(args[0], out, k)  # out' = out a'
 
 
-def _expm1(k, out, args, partner):
-    return plus(_moment(args[0], out, k), at(args[0], k))
+def _expm1(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
+    return plus(_moment(args[0], out, k), at(args[0], k))  # out' = (out + 1) a'
 
 
-def _log(k, out, args, partner):
-    return times(minus(at(args[0], k), _moment(out, args[0], k, last=1)), partner[0])
+def _log(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
+    return times(minus(at(args[0], k), _moment(out, args[0], k, last=1)), partner[0])  # out' a = a'
 
 
-def _pow(k, out, args, partner):
+def _pow(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
     """``out a' e = a out'`` for a constant exponent e."""
     a, e = args[0], args[1][0]
     total = None
@@ -190,10 +198,10 @@ def _pow(k, out, args, partner):
     return times(total, partner[0])
 
 
-def _with_cofactor(outer: float, inner: float):
+def _with_cofactor(outer: float, inner: float) -> Rule:
     """Pairs such as (sin, cos): out' = outer * partner * a', partner' = inner * out * a'."""
 
-    def rule(k, out, args, partner):
+    def rule(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
         new = scaled(_moment(args[0], partner, k), outer)
         other = scaled(_moment(args[0], out, k), inner)
         partner.append(other)
@@ -202,10 +210,10 @@ def _with_cofactor(outer: float, inner: float):
     return rule
 
 
-def _from_square(sign: float):
+def _from_square(sign: float) -> Rule:
     """tan (+) and tanh (-): out' = (1 +- out^2) a'; the partner is 1 +- out^2."""
 
-    def rule(k, out, args, partner):
+    def rule(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
         new = _moment(args[0], partner, k)
         partner.append(scaled(_square([*out, new], k), sign))
         return new
@@ -213,10 +221,10 @@ def _from_square(sign: float):
     return rule
 
 
-def _from_root(root_of, outer: float):
+def _from_root(root_of: float, outer: float) -> Rule:
     """asin, acos, asinh, acosh: out' root = outer a', root^2 = root_of(a); the partner is the root."""
 
-    def rule(k, out, args, partner):
+    def rule(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
         a = args[0]
         root = scaled(_square(a, k), root_of)
         partner.append(times(minus(root, _square([*partner, None], k, first=1)), 0.5 / partner[0]))
@@ -226,10 +234,10 @@ def _from_root(root_of, outer: float):
     return rule
 
 
-def _from_rational(sign: float):
+def _from_rational(sign: float) -> Rule:
     """atan (+) and atanh (-): out' (1 +- a^2) = a'; the partner is 1 +- a^2."""
 
-    def rule(k, out, args, partner):
+    def rule(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
         a = args[0]
         partner.append(scaled(_square(a, k), sign))
         rest = _moment(out, partner, k, last=1)
@@ -238,7 +246,7 @@ def _from_rational(sign: float):
     return rule
 
 
-def _erf(k, out, args, partner):
+def _erf(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
     """out' = 2/sqrt(pi) exp(-a^2) a'; the partner is that exponential's jet."""
     a = args[0]
     new = _moment(a, partner, k)
@@ -246,7 +254,7 @@ def _erf(k, out, args, partner):
     return new
 
 
-def _atan2(k, out, args, partner):
+def _atan2(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
     """out' (x^2 + y^2) = x y' - y x'; the partner is x^2 + y^2."""
     y, x = args
     partner.append(plus(_square(x, k), _square(y, k)))

@@ -17,7 +17,7 @@ from symfric.codegen.instructions import ENTIRE, Node
 from symfric.codegen.llvm_ir import Written, body
 from symfric.solve.taylor.fixed import Fixed
 from symfric.solve.taylor.long_sums import long_sums
-from symfric.solve.taylor.recurrences import Jet, at, coefficient, scaled, times
+from symfric.solve.taylor.recurrences import Jet, Value, at, coefficient, scaled, times
 
 LONG = 30_000  # number of instructions of a written-out series beyond which it becomes a table
 _LINEAR = {ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE, ca.OP_IF_ELSE_ZERO, ca.OP_ASSIGN, ca.OP_LIFT}
@@ -33,16 +33,16 @@ _RULE = "void (double*, double*, [3 x i32]*, i64)*"
 
 def _degrees(nodes: Sequence[Node], order: int) -> list[int]:
     """Return the degree in time of every node: 0 if it does not move, 1 if it is linear, else the order."""
-    found: list[int] = []
+    degrees: list[int] = []
     for node in nodes:
-        given = tuple(found[a] for a in node.args)
+        given = tuple(degrees[a] for a in node.args)
         if node.place is not None:
-            found.append((order, 1, 0, 0)[node.place[0]])
+            degrees.append((order, 1, 0, 0)[node.place[0]])
         elif not any(given):
-            found.append(0)
+            degrees.append(0)
         else:
-            found.append(1 if _is_line(node.op, given) else order)
-    return found
+            degrees.append(1 if _is_line(node.op, given) else order)
+    return degrees
 
 
 def _is_line(op: int, degrees: tuple[int, ...]) -> bool:
@@ -85,14 +85,14 @@ class OperationTable:
         Length of what the coefficients need in aux.
     """
 
-    def __init__(self, nodes: Sequence[Node], outputs: Sequence[list[int]], fixed: Fixed, n_x: int, order: int):
+    def __init__(self, nodes: Sequence[Node], outputs: Sequence[list[int]], fixed: Fixed, n_x: int, order: int) -> None:
         self._stride = order + 1
         degrees = _degrees(nodes, order)
-        wanted = {i for group in outputs for i in group}
-        sums = long_sums(nodes, wanted)
+        targets = {i for group in outputs for i in group}
+        sums = long_sums(nodes, targets)
         args_of = {i: tuple(t.atom for t in terms) for i, terms in sums.items()}
-        computed = _needed(nodes, wanted, args_of)
-        used = {a for i in computed for a in args_of.get(i, nodes[i].args)} | wanted
+        computed = _needed(nodes, targets, args_of)
+        used = {a for i in computed for a in args_of.get(i, nodes[i].args)} | targets
         used |= {t.factor for terms in sums.values() for t in terms if t.factor is not None}
         place = {i: fixed.index(i) for i in sorted(used) if not nodes[i].moves}
         begin = end = fixed.count
@@ -249,15 +249,15 @@ def _kind_of(node: Node, degrees: list[int]) -> _Kind:
     return node.op, tuple(degrees[a] for a in node.args), node.saturates, node.grows
 
 
-def _needed(nodes: Sequence[Node], wanted: set[int], args_of: dict[int, tuple[int, ...]]) -> list[int]:
-    """Return the operations on what moves that the nodes wanted follow from, if long sums are taken at once."""
-    found, todo = set(), list(wanted)
+def _needed(nodes: Sequence[Node], targets: set[int], args_of: dict[int, tuple[int, ...]]) -> list[int]:
+    """Return the operations on what moves that the targets follow from, if long sums are taken at once."""
+    needed, todo = set(), list(targets)
     while todo:
         i = todo.pop()
-        if i not in found and nodes[i].moves and nodes[i].place is None:
-            found.add(i)
+        if i not in needed and nodes[i].moves and nodes[i].place is None:
+            needed.add(i)
             todo += args_of.get(i, nodes[i].args)
-    return sorted(found)
+    return sorted(needed)
 
 
 def _in_runs(
@@ -301,15 +301,15 @@ def _rule(name: str, kind: _Kind, k: int) -> ca.Function:
     given = [ca.SX.sym(f"a{n}", min(k, degree) + 1) for n, degree in enumerate(degrees)]
     out, partner = ca.SX.sym("out", k), ca.SX.sym("partner", k)
     jets: list[Jet] = [ca.vertsplit(e) for e in given]
-    found: list = []  # coefficient 0 is known from the start
+    new_ones: list[Value] = []  # coefficient 0 is known from the start
     if op == _STATE and k:
-        found = [scaled(at(jets[0], k - 1), 1 / k)]
+        new_ones = [scaled(at(jets[0], k - 1), 1 / k)]
     elif op == _TIME and k:
-        found = [ca.SX(k == 1)]
+        new_ones = [ca.SX(k == 1)]
     elif op == _SHORT:
-        found = [at(jets[0], k)]
+        new_ones = [at(jets[0], k)]
     elif op == _ZERO:
-        found = [ca.SX(0)]
+        new_ones = [ca.SX(0)]
     elif op in (_PLUS, _MINUS, _PLUS_TIMES, _MINUS_TIMES):
         factor, out = ca.SX.sym("factor"), ca.SX.sym("out", k + 1)
         term = at(jets[0], k)
@@ -320,10 +320,10 @@ def _rule(name: str, kind: _Kind, k: int) -> ca.Function:
     elif op >= 0 and not (k > 1 and _is_line(op, degrees)):
         carried: Jet = ca.vertsplit(partner) if k else []
         new = coefficient(op, k, ca.vertsplit(out) if k else [], jets, carried, saturates, grows)
-        found = [new, carried[k]] if len(carried) > k else [new]
-    found = [ca.SX(0) if e is None else ca.densify(ca.SX(e)) for e in found]
+        new_ones = [new, carried[k]] if len(carried) > k else [new]
+    new_ones = [ca.SX(0) if e is None else ca.densify(ca.SX(e)) for e in new_ones]
     if k and op >= 0 and op not in ENTIRE:
         change = sum((ca.fabs(e) for jet in jets for e in jet[1:]), ca.SX(0))
-        found = [ca.if_else(change == 0, 0, e) for e in found]
+        new_ones = [ca.if_else(change == 0, 0, e) for e in new_ones]
     unused = [ca.SX.sym(f"unused{n}") for n in range(2 - len(given))]
-    return ca.Function(name, [*given, *unused, out, partner], found)
+    return ca.Function(name, [*given, *unused, out, partner], new_ones)

@@ -10,11 +10,11 @@ from symfric.errors import NoRoute, SceneError
 from symfric.lower.energy import energy_functions
 from symfric.model.symbols import SPEED
 from symfric.solve.energy import imbalance
+from symfric.solve.lowered import LoweredScene
 from symfric.solve.protocol import Program
 from symfric.solve.routes import prepare
 from symfric.solve.run import Run
 from symfric.solve.status import ADVICE, Status
-from symfric.solve.taylor.route import TaylorProgram
 from symfric_evidence.event_reference import ReferenceSimulator
 from symfric_evidence.stress.comparison import BUDGETS, Comparison, chosen
 from symfric_evidence.stress.families.family import Units
@@ -41,7 +41,7 @@ class SceneComparison(Comparison):
         self.times = np.linspace(0, self.scene.horizon, _TIMES + 1)[1:]
         stated = self.scene.until(self.scene.horizon * self.structure.time_unit)
         self.chosen = chosen(stated, self.tolerance)
-        self.fine = TaylorProgram(stated, max(_FINER * self.tolerance, 1e-13), BUDGETS)
+        self.fine = BUDGETS.build(LoweredScene(stated), max(_FINER * self.tolerance, 1e-13))
         self.reference = ReferenceSimulator(self.scene, _REFERENCE)
         self.energies = energy_functions(stated)
         self.symbols = {s.name: s for s in stated.parameters}

@@ -32,13 +32,15 @@ class Flow(NamedTuple):
 
 
 @compiled(ieee_division=True)
-def flow(K, C):
+def flow(K: float, C: float) -> Flow:
     """Return the constants of ``y'' + C y' + K y``."""
     alpha = 0.5 * C
     square = alpha * alpha - K
     r = np.sqrt(abs(square))
     if square < 0.0:
         return Flow(K, C, alpha, r, True, 0.0, 0.0)
+    # the root of larger magnitude is a sum of one sign, the other follows from their product K: no cancellation, see
+    # Higham, Accuracy and Stability of Numerical Algorithms, section 1.8
     if alpha >= 0.0:
         fast = -alpha - r
         slow = K / fast if fast < 0.0 else 0.0
@@ -49,14 +51,14 @@ def flow(K, C):
 
 
 @compiled(ieee_division=True)
-def basis(f, t):
+def basis(f: Flow, t: float) -> tuple[float, float]:
     """Return g and g'."""
     z = f.r * t
     if f.swings:
         e = np.exp(-f.alpha * t)
         s = e * (np.sin(z) / f.r)
         return s, e * np.cos(z) - f.alpha * s
-    if z < _APART:
+    if z < _APART:  # nearly equal roots: the difference of their exponentials cancels
         e = np.exp(-f.alpha * t)
         s = e * (np.sinh(z) / f.r if z > 0.0 else t)
         return s, e * np.cosh(z) - f.alpha * s
@@ -65,9 +67,10 @@ def basis(f, t):
 
 
 @compiled(ieee_division=True)
-def integral(f, t, g, slope):
+def integral(f: Flow, t: float, g: float, slope: float) -> float:
     """Return G, the integral of g, from g and g' at t."""
     if abs(f.C) * t <= 1.5 and abs(f.K) * t * t <= 0.6:
+        # here 1 - g' - C g cancels; the series is that of G'' + C G' + K G = 1
         total, a, b = 0.0, 0.0, 0.5 * t * t  # terms k and k + 1, with their powers of t
         for k in range(1, _TERMS):
             total += b
@@ -81,14 +84,15 @@ def integral(f, t, g, slope):
 
 
 @compiled(ieee_division=True)
-def _ramp(root, t):
-    return np.expm1(root * t) / root if root != 0.0 else t
+def _ramp(root: float, t: float) -> float:
+    return np.expm1(root * t) / root if root != 0.0 else t  # exact for small roots, too
 
 
 @compiled(ieee_division=True)
-def first_zero(f, value, slope):
+def first_zero(f: Flow, value: float, slope: float) -> float:
     """Return the first t > 0 at which the free solution from (value, slope) is zero."""
     if f.swings:
+        # y = exp(-alpha t) (value cos(r t) + q sin(r t))
         q = (slope + f.alpha * value) / f.r
         if value == 0.0:
             return np.pi / f.r if q != 0.0 else NEVER
@@ -98,6 +102,7 @@ def first_zero(f, value, slope):
     below = slope - f.fast * value
     if below == 0.0:
         return NEVER
+    # exp(2 r t) = 1 + 2 r z, of which t = z is left at critical damping
     z = -value / below
     if not z > 0.0:
         return NEVER
@@ -106,7 +111,7 @@ def first_zero(f, value, slope):
 
 
 @compiled(ieee_division=True)
-def reach(f, value, slope, level, t, end, tau_end):
+def reach(f: Flow, value: float, slope: float, level: float, t: float, end: float, tau_end: float) -> float:
     """Return the time at which the free solution from (value, slope), monotone on [t, end], passes `level`; else NEVER.
 
     Parameters
@@ -145,7 +150,9 @@ def reach(f, value, slope, level, t, end, tau_end):
 
 
 @compiled(ieee_division=True)
-def _polish(f, value, slope, level, low, high, before, after):
+def _polish(
+    f: Flow, value: float, slope: float, level: float, low: float, high: float, before: float, after: float
+) -> float:
     """Refine the only root between low and high by Newton's method, safeguarded by bisection."""
     part = before / (before - after)
     t = low + (high - low) * part if abs(after) < np.inf else 0.5 * (low + high)
@@ -177,7 +184,7 @@ def _polish(f, value, slope, level, low, high, before, after):
 
 
 @compiled(ieee_division=True)
-def first_exit(f, value, slope, low, high, end):
+def first_exit(f: Flow, value: float, slope: float, low: float, high: float, end: float) -> tuple[float, int]:
     """Return the time at which the free solution from (value, slope) leaves [low, high], and -1 or 1 for the end.
 
     A start on an end leaves at once if its velocity, or acceleration, points outward. NEVER if it stays until `end`.
@@ -191,8 +198,8 @@ def first_exit(f, value, slope, low, high, end):
     if not up and value <= low:
         return 0.0, -1
     if low == 0.0 and high == np.inf:
-        found = first_zero(f, value, slope)
-        return (found, -1) if found <= end else (NEVER, 0)
+        passed = first_zero(f, value, slope)
+        return (passed, -1) if passed <= end else (NEVER, 0)
     t = 0.0
     turn = first_zero(f, slope, -f.C * slope - f.K * value)
     there = np.nan
@@ -200,10 +207,10 @@ def first_exit(f, value, slope, low, high, end):
         level = high if up else low
         last = min(turn, end)
         if abs(level) < np.inf:
-            found = reach(f, value, slope, level, t, last, np.nan if last == end else there)
-            if found != NEVER:
-                return found, 1 if up else -1
-        if turn >= end or (k == 1 and f.alpha >= 0.0):
+            passed = reach(f, value, slope, level, t, last, np.nan if last == end else there)
+            if passed != NEVER:
+                return passed, 1 if up else -1
+        if turn >= end or (k == 1 and f.alpha >= 0.0):  # with damping no later turn is farther than these two
             return NEVER, 0
         if k == 0 and f.swings:
             g, rate = basis(f, turn)
@@ -221,7 +228,7 @@ def first_exit(f, value, slope, low, high, end):
 
 
 @compiled(ieee_division=True)
-def _periods_left(f, there, low, high, left):
+def _periods_left(f: Flow, there: float, low: float, high: float, left: float) -> float:
     """Return how many periods a growing oscillation, now turning at `there`, surely stays in [low, high]; else NEVER.
 
     NEVER if it does so for all of the time that is left.

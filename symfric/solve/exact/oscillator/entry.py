@@ -8,7 +8,7 @@ _at_address = opener(OscillatorArrays)
 
 
 @compiled(ieee_division=True)
-def launch(address, fresh):
+def launch(address: int, fresh: int) -> int:
     """Run the workspace at the address of its table, from its start or from a pause."""
     w = _at_address(address)
     if fresh:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from symfric.codegen.numba_types import call_code, compiled, part
-from symfric.solve.exact.oscillator.closed_form import NEVER, basis, first_exit, first_zero, flow, integral
+from symfric.solve.exact.oscillator.closed_form import NEVER, Flow, basis, first_exit, first_zero, flow, integral
 from symfric.solve.exact.oscillator.polynomial_path import keep
 from symfric.solve.exact.oscillator.workspace import (
     A_0,
@@ -16,6 +16,7 @@ from symfric.solve.exact.oscillator.workspace import (
     SHIFT,
     STATIC,
     J,
+    OscillatorArrays,
 )
 from symfric.solve.loop.codes import GO, LOST_CONTACT, NOT_FINITE, OK, SETTLE, UNDECIDED
 from symfric.solve.loop.precision import MOST_DOUBT, ROUNDING, TIE
@@ -24,7 +25,7 @@ from symfric.solve.status import PATH_FULL
 
 
 @part
-def reset(w):
+def reset(w: OscillatorArrays) -> None:
     """Start a run at t = 0 from the given state and parameters."""
     for i in range(2):
         w.y[i], w.largest[i] = w.given_y[i], abs(w.given_y[i])
@@ -39,7 +40,7 @@ def reset(w):
 
 
 @part
-def drive(w):
+def drive(w: OscillatorArrays) -> int:
     """Advance the state in ``w.y`` to ``w.clock.t_end``; return a status, or a code to call again."""
     stop = w.counts.steps + w.limits.chunk
     while w.y[2] < w.clock.t_end:
@@ -77,7 +78,7 @@ def drive(w):
 
 
 @compiled(ieee_division=True)
-def _flow(w):
+def _flow(w: OscillatorArrays) -> Flow:
     """Return the constants of the equation in the current mode."""
     K, C = -w.data[A_X], -w.data[A_U]
     if w.limits.branches:
@@ -86,16 +87,17 @@ def _flow(w):
 
 
 @compiled(ieee_division=True)
-def _friction(w, speed):
+def _friction(w: OscillatorArrays, speed: float) -> float:
     """Return the friction at a sliding speed."""
     k = BRANCH + 3 * w.m.where
     return -w.m.direction * w.data[LOAD] * (w.data[k + 1] + w.data[k + 2] * speed)
 
 
 @compiled(ieee_division=True)
-def _release(w, left):
+def _release(w: OscillatorArrays, left: float) -> tuple[float, int]:
     """Return the time at which the constraint force of the contact reaches a bound, and which bound."""
     d = w.data
+    # a contact that sticks moves x at a constant velocity, so its force is linear in time
     held = -(d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0]) / d[PULL]
     rate = -d[A_X] * w.y[1] / d[PULL]
     if rate == 0.0:
@@ -106,7 +108,7 @@ def _release(w, left):
 
 
 @compiled(ieee_division=True)
-def _exit(w, f, left):
+def _exit(w: OscillatorArrays, f: Flow, left: float) -> tuple[float, int]:
     """Return the time at which the sliding speed leaves its branch of the law, and on which side."""
     if w.limits.branches == 0:
         return NEVER, 0
@@ -118,7 +120,7 @@ def _exit(w, f, left):
 
 
 @compiled(ieee_division=True)
-def _advance(w, f, tau):
+def _advance(w: OscillatorArrays, f: Flow, tau: float) -> None:
     """Advance the state, and accumulate observables and trajectory."""
     x, u, a = w.y[0], w.y[1], w.v.rate
     if w.limits.rows:
@@ -137,6 +139,7 @@ def _advance(w, f, tau):
         _extend(w, f, w.y[0], w.y[1], w.v.rate, 0.0)
     for i in range(2):
         w.largest[i] = max(w.largest[i], abs(w.y[i]))
+    # compensated summation (Kahan, 1965): time stays exact over millions of pieces
     gain = tau + w.clock.t_low
     new = w.y[2] + gain
     w.clock.t_low = gain - (new - w.y[2])
@@ -147,7 +150,7 @@ def _advance(w, f, tau):
 
 
 @compiled(ieee_division=True)
-def _extend(w, f, x, u, a, t):
+def _extend(w: OscillatorArrays, f: Flow, x: float, u: float, a: float, t: float) -> None:
     """Extend the ranges of the observables by their values after the time t."""
     if t > 0.0:
         g, rate = basis(f, t)
@@ -173,7 +176,7 @@ def _extend(w, f, x, u, a, t):
 
 
 @compiled(ieee_division=True)
-def _turns(w, f, x, u, a, tau):
+def _turns(w: OscillatorArrays, f: Flow, x: float, u: float, a: float, tau: float) -> None:
     """Extend the ranges of the observables by their turning points within tau; the first or last are extreme."""
     d = w.data
     k = BRANCH + 3 * w.limits.branches
@@ -186,7 +189,7 @@ def _turns(w, f, x, u, a, tau):
         if t >= tau:
             continue
         _extend(w, f, x, u, a, t)
-        if f.swings:
+        if f.swings:  # turns follow each other by half a period, ever smaller or ever larger
             half = np.pi / f.r
             more = int((tau - t) / half)
             for n in (1, more - 1, more):
@@ -195,7 +198,7 @@ def _turns(w, f, x, u, a, tau):
 
 
 @compiled(ieee_division=True)
-def _arrive(w, side):
+def _arrive(w: OscillatorArrays, side: int) -> None:
     """Set the state exactly to the event: a release, a change of the law's branch, or zero slip."""
     d = w.data
     if w.m.still:
@@ -208,7 +211,7 @@ def _arrive(w, side):
         return
     if side < 0:
         w.m.where -= 1
-    w.v.speed = d[BRANCH + 3 * w.m.where]
+    w.v.speed = d[BRANCH + 3 * w.m.where]  # exactly, lest the next branch begin on the wrong side of its edge
     if side > 0:
         w.m.where += 1
     w.y[1] = (w.m.direction * w.v.speed - d[SHIFT]) / d[J]
@@ -218,7 +221,7 @@ def _arrive(w, side):
 
 
 @compiled(ieee_division=True)
-def _switch(w):
+def _switch(w: OscillatorArrays) -> int:
     """Select the next mode and log the change."""
     d = w.data
     if w.limits.branches == 0:
@@ -268,14 +271,14 @@ def _switch(w):
 
 
 @compiled(ieee_division=True)
-def _find_branch(w):
+def _find_branch(w: OscillatorArrays) -> None:
     w.m.where = 0
     while w.v.speed > w.data[BRANCH + 3 * w.m.where]:
         w.m.where += 1
 
 
 @compiled(ieee_division=True)
-def _accelerate(w):
+def _accelerate(w: OscillatorArrays) -> None:
     """Compute the acceleration of a starting slip, with rounding errors set to zero."""
     d = w.data
     free = d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0]
@@ -285,7 +288,7 @@ def _accelerate(w):
 
 
 @compiled(ieee_division=True)
-def _way(w):
+def _way(w: OscillatorArrays) -> int:
     """Return the next mode of a contact at zero slip: 0 sticks, else the direction of its slip."""
     d = w.data
     free = d[A_X] * w.y[0] + d[A_U] * w.y[1] + d[A_0]
@@ -306,7 +309,7 @@ def _way(w):
 
 
 @compiled(ieee_division=True)
-def _doubt(w):
+def _doubt(w: OscillatorArrays) -> float:
     """Return the possible rounding error of the stick force, relative to its bound."""
     if w.m.started == 0:
         return TIE

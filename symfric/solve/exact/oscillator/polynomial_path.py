@@ -3,15 +3,15 @@
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.solve.exact.oscillator.closed_form import basis, integral
-from symfric.solve.exact.oscillator.workspace import ORDER
+from symfric.solve.exact.oscillator.closed_form import Flow, basis, integral
+from symfric.solve.exact.oscillator.workspace import ORDER, OscillatorArrays
 
 _LENGTH = 2.0  # length of a piece times the largest characteristic root that has not decayed
 _DEAD = 1e-18
 
 
 @compiled(ieee_division=True)
-def keep(w, f, tau):
+def keep(w: OscillatorArrays, f: Flow, tau: float) -> float:
     """Append the motion over the next tau; return the time up to which memory sufficed."""
     x, u, a = w.y[0], w.y[1], w.v.rate
     if w.m.still:
@@ -31,10 +31,11 @@ def keep(w, f, tau):
         here = x + u * g + (a + f.C * u) * integral(f, at, g, rate) if at > 0.0 else x
         speed = u * rate + (a + f.C * u) * g
         slope = a * rate - f.K * u * g
+        # once the fast root has decayed to rounding the pieces may be as long as the slow one allows
         alone = slow != 0.0 and abs(fast) * np.exp((f.fast - f.slow) * at) <= _DEAD * abs(slow)
         root = abs(f.slow) if alone else fastest
         h = min(tau - at, _LENGTH / root if root > 0.0 else tau)
-        if tau - at - h < 1e-3 * h:
+        if tau - at - h < 1e-3 * h:  # no sliver at the end
             h = tau - at
         _append(w, at, h)
         c = w.stored.path_c[w.counts.kept_steps - 1]
@@ -51,7 +52,7 @@ def keep(w, f, tau):
 
 
 @compiled(ieee_division=True)
-def _append(w, at, h):
+def _append(w: OscillatorArrays, at: float, h: float) -> None:
     """Append a new piece."""
     k = w.counts.kept_steps
     w.stored.path_t[k, 0], w.stored.path_t[k, 1] = w.y[2] + (w.clock.t_low + at), h

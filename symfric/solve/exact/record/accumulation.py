@@ -7,7 +7,7 @@ import numpy as np
 
 from symfric.codegen.numba_types import compiled
 from symfric.solve.exact.record.forced_flow import root, value
-from symfric.solve.exact.record.workspace import ORDER
+from symfric.solve.exact.record.workspace import ORDER, RecordArrays
 from symfric.solve.loop.arithmetic import slope
 
 # entries of `force`: damping, stiffness, input, constant force, kinetic and static friction, all over the mass
@@ -21,7 +21,7 @@ _PARTS = 4  # parts of a piece, in each of which an observable has at most one e
 
 
 @compiled
-def enter(w, s):
+def enter(w: RecordArrays, s: float) -> None:
     """Set the observables of the current direction and cell: slopes in u, w and the input, and a constant."""
     line = w.cells[w.place.where]
     b0, b1 = -s * w.force[KINETIC] * line[MU], -s * w.force[KINETIC] * line[SLOPE]
@@ -32,7 +32,7 @@ def enter(w, s):
 
 
 @compiled
-def hold(w, u):
+def hold(w: RecordArrays, u: float) -> None:
     """Set the observables while the mass sticks at u, where friction balances the applied force."""
     for e in range(w.rows.shape[0]):
         row, now = w.rows[e], w.now[e]
@@ -41,7 +41,7 @@ def hold(w, u):
 
 
 @compiled
-def _extend(w, e, number):
+def _extend(w: RecordArrays, e: int, number: float) -> None:
     if number < w.observed.total[e, SMALLEST]:
         w.observed.total[e, SMALLEST] = number
     if number > w.observed.total[e, LARGEST]:
@@ -49,7 +49,7 @@ def _extend(w, e, number):
 
 
 @compiled
-def _ends_and_turns(cr, h):
+def _ends_and_turns(cr: np.ndarray, h: float) -> tuple[float, float]:
     """Return the smallest and the largest value of a polynomial between 0 and h."""
     low_value = min(cr[0], value(cr, h))
     high_value = max(cr[0], value(cr, h))
@@ -65,7 +65,7 @@ def _ends_and_turns(cr, h):
 
 
 @compiled
-def _row(w, e, a, slope_a, t):
+def _row(w: RecordArrays, e: int, a: float, slope_a: float, t: float) -> float:
     """Compute the series of an observable in the current piece; return its value after the time t."""
     now, size = w.now[e], w.place.order + 1
     cr = w.cr[:size]
@@ -77,13 +77,13 @@ def _row(w, e, a, slope_a, t):
 
 
 @compiled(inline=True)
-def wants_values(w, e):
+def wants_values(w: RecordArrays, e: int) -> bool:
     """Whether an observable is sampled at given times."""
     return w.times.first[e] < w.times.first[e + 1]
 
 
 @compiled
-def _note_values(w, e, t, h, a, slope_a):
+def _note_values(w: RecordArrays, e: int, t: float, h: float, a: float, slope_a: float) -> None:
     """Store the values of an observable at its times in a piece; the next piece may overwrite one at the end."""
     k, end = w.observed.next_due[e], w.times.first[e + 1]
     while k < end and w.times.due[k] <= t + h * (1.0 + 1e-9):
@@ -95,10 +95,11 @@ def _note_values(w, e, t, h, a, slope_a):
 
 
 @compiled
-def note(w, t, h, a, slope_a, s):
+def note(w: RecordArrays, t: float, h: float, a: float, slope_a: float, s: int) -> None:
     """Accumulate all observables over a piece of length h with the series cu and cw, and store it if required."""
     size = w.place.order + 1
     cu, cw = w.cu[:size], w.cw[:size]
+    # w keeps its sign in a piece, so u moves one way; the bounds spare most observables their polynomial
     far = abs(value(cu, h) - cu[0])
     steep = h * _MARGIN * max(abs(cw[1]), abs(slope(cw, h)))
     for e in range(w.rows.shape[0]):
@@ -124,7 +125,7 @@ def note(w, t, h, a, slope_a, s):
 
 
 @compiled
-def note_end(w, u, a):
+def note_end(w: RecordArrays, u: float, a: float) -> None:
     """Extend the ranges by the values at the end of a whole sample of sticking, in which all observables are linear."""
     for e in range(w.rows.shape[0]):
         now = w.now[e]
@@ -133,7 +134,7 @@ def note_end(w, u, a):
 
 
 @compiled(inline=True)
-def is_plain(w):
+def is_plain(w: RecordArrays) -> bool:
     """Whether every observable depends on u alone or on w alone in the current mode."""
     mixed = 0
     for e in range(w.rows.shape[0]):
@@ -142,7 +143,7 @@ def is_plain(w):
 
 
 @compiled(inline=True)
-def quiet(w, h, u, v, a, steep, turns, slope_f):
+def quiet(w: RecordArrays, h: float, u: float, v: float, a: float, steep: float, turns: bool, slope_f: float) -> bool:
     """Extend the ranges by the values at the end of a whole sample; return False if an extremum may lie inside.
 
     Rows of u alone turn where w is zero, which does not happen here, and those of w alone where its rate is.
@@ -160,7 +161,7 @@ def quiet(w, h, u, v, a, steep, turns, slope_f):
 
 
 @compiled
-def log(w, t, old, new):
+def log(w: RecordArrays, t: float, old: float, new: float) -> None:
     """Log an event."""
     if w.limits.keep_events:
         k = w.counts.kept_events

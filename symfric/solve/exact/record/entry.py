@@ -8,7 +8,7 @@ _at_address = opener(RecordArrays)
 
 
 @compiled
-def launch(address, fresh):
+def launch(address: int, fresh: int) -> int:
     """Run the workspace at the address of its table, from its start or again."""
     w = _at_address(address)
     if fresh:

@@ -19,7 +19,7 @@ _INVERSE = np.array([np.inf, *(1.0 / k for k in range(1, ORDER + 1))])
 
 
 @compiled
-def order_for(reach):
+def order_for(reach: float) -> int:
     """Return the order of the series that is exact to rounding where |root| t is at most `reach`."""
     term, order = 1.0, 0
     while order < ORDER and (term > 0.05 * EPS or order < 4):
@@ -29,7 +29,7 @@ def order_for(reach):
 
 
 @compiled
-def series(u, w, f0, f1, lam, kappa, cu, cw):
+def series(u: float, w: float, f0: float, f1: float, lam: float, kappa: float, cu: np.ndarray, cw: np.ndarray) -> None:
     """Compute the coefficients of u and w in powers of time."""
     cu[0], cw[0] = u, w
     cu[1], cw[1] = w, f0 - lam * w - kappa * u
@@ -40,13 +40,13 @@ def series(u, w, f0, f1, lam, kappa, cu, cw):
 
 
 @compiled
-def value(c, t):
+def value(c: np.ndarray, t: float) -> float:
     """Evaluate a polynomial, all of its coefficients."""
     return horner(c, c.size - 1, t)
 
 
 @compiled
-def bend(c, t):
+def bend(c: np.ndarray, t: float) -> float:
     """Evaluate the second derivative of a polynomial."""
     total = 0.0
     for k in range(c.size - 1, 1, -1):
@@ -55,7 +55,7 @@ def bend(c, t):
 
 
 @compiled
-def root(c, level, low, high, derivative):
+def root(c: np.ndarray, level: float, low: float, high: float, derivative: bool) -> float:
     """Return the time at which a polynomial, or its derivative, passes a level, by safeguarded Newton's method.
 
     It starts where a straight line would pass: over a part of a sample the motion is nearly one.

@@ -7,6 +7,7 @@ bracketed.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -46,6 +47,7 @@ from symfric.solve.exact.record.forced_flow import (
     series,
     value,
 )
+from symfric.solve.exact.record.workspace import RecordArrays
 from symfric.solve.loop.arithmetic import slope
 from symfric.solve.loop.codes import NOT_FINITE, OK, STEP_BUDGET
 from symfric.solve.loop.precision import ROUNDING
@@ -57,7 +59,7 @@ BEHIND, AHEAD, FARTHEST = range(3)  # entries of `grip`
 
 
 @part
-def reset(w):
+def reset(w: RecordArrays) -> None:
     """Read the given parameters and compute the transitions."""
     for k in range(w.given_p.size):
         w.p[k] = w.given_p[k]
@@ -83,6 +85,7 @@ def reset(w):
         w.sizes.stiffest = max(w.sizes.stiffest, abs(w.force[STIFF]) + abs(friction))
     fastest = max(abs(w.force[LAM]), math.sqrt(w.sizes.stiffest))
     w.place.parts = max(1, math.ceil(w.record.dt * fastest))
+    # s^2 = -(lam s + kappa) bounds a root s by (1 + sqrt 5)/2 = 1.62 times the larger of |lam| and sqrt|kappa|
     w.place.order = order_for(1.7 * fastest * w.record.dt / w.place.parts)
     for k in range(w.cu.size):
         w.cu[k] = w.cw[k] = 0.0
@@ -93,7 +96,7 @@ def reset(w):
 
 
 @compiled
-def _transition(w, table, kappa):
+def _transition(w: RecordArrays, table: np.ndarray, kappa: float) -> None:
     """Compute the transition over a whole part of a sample."""
     h = w.record.dt / w.place.parts
     cu, cw = w.cu[: w.place.order + 1], w.cw[: w.place.order + 1]
@@ -107,10 +110,10 @@ def _transition(w, table, kappa):
 
 
 @compiled
-def _first_end(w, cu, cw, s, h):
+def _first_end(w: RecordArrays, cu: np.ndarray, cw: np.ndarray, s: float, h: float) -> tuple[float, int]:
     """Return the time at which a slip with these series ends within h, and the kind of end."""
     at_start, at_end = s * cw[1], s * slope(cw, h)
-    stop, found = h, INSIDE
+    stop, kind = h, INSIDE
     falls_from, falls_to = 0.0, h
     if at_start < 0.0 <= at_end:
         falls_to = root(cw, 0.0, 0.0, h, True)
@@ -119,34 +122,36 @@ def _first_end(w, cu, cw, s, h):
     elif at_start >= 0.0:
         falls_from = h
     if falls_from < h and s * value(cw, falls_to) <= 0.0 and s * value(cw, falls_from) > 0.0:
-        stop, found = root(cw, 0.0, falls_from, falls_to, False), AT_REST
+        stop, kind = root(cw, 0.0, falls_from, falls_to, False), AT_REST
     line = w.cells[w.place.where]
     edge = line[HIGH] if s > 0.0 else line[LOW]
     if s * (value(cu, stop) - edge) > 0.0:
-        stop, found = root(cu, edge, 0.0, stop, False), AT_EDGE
-    return stop, found
+        stop, kind = root(cu, edge, 0.0, stop, False), AT_EDGE
+    return stop, kind
 
 
 @compiled
-def _slip(w, t, h, u, v, s, a, slope_a):
+def _slip(
+    w: RecordArrays, t: float, h: float, u: float, v: float, s: float, a: float, slope_a: float
+) -> tuple[float, float, float, int]:
     """Slip for at most h; return u, w, the time used and the kind of end."""
     line = w.cells[w.place.where]
     force = w.force[GAIN] * a + w.force[CONSTANT] - s * w.force[KINETIC] * line[MU]
     kappa = w.force[STIFF] + s * w.force[KINETIC] * line[SLOPE]
     cu, cw = w.cu[: w.place.order + 1], w.cw[: w.place.order + 1]
     series(u, v, force, w.force[GAIN] * slope_a, w.force[LAM], kappa, cu, cw)
-    stop, found = _first_end(w, cu, cw, s, h)
-    note(w, t, stop, a, slope_a, np.int64(s))
+    stop, kind = _first_end(w, cu, cw, s, h)
+    note(w, t, stop, a, slope_a, int(s))
     u, v = value(cu, stop), value(cw, stop)
-    if found == AT_REST:
+    if kind == AT_REST:
         v = 0.0
-    elif found == AT_EDGE:
+    elif kind == AT_EDGE:
         u = line[HIGH] if s > 0.0 else line[LOW]
-    return u, v, stop, found
+    return u, v, stop, kind
 
 
 @compiled
-def _ahead(w, u, way):
+def _ahead(w: RecordArrays, u: float, way: float) -> int:
     """Return the cell into which a mass at rest at u would slip; on an edge it depends on the direction."""
     c = w.place.where
     while way > 0.0 and c < w.cells.shape[0] - 1 and u >= w.cells[c, HIGH]:
@@ -157,7 +162,7 @@ def _ahead(w, u, way):
 
 
 @compiled
-def _settle_at(w, u):
+def _bound_friction(w: RecordArrays, u: float) -> float:
     """Set the static friction at rest at u in both directions; return u, or the edge that equals it to rounding."""
     w.grip[FARTHEST] = max(w.grip[FARTHEST], abs(u))
     for column in (LOW, HIGH):
@@ -171,16 +176,16 @@ def _settle_at(w, u):
 
 
 @compiled
-def _drive(w, u, a):
+def _drive(w: RecordArrays, u: float, a: float) -> float:
     """Return the direction in which the applied force moves a mass at rest at u, 0 if friction holds it."""
     applied = w.force[GAIN] * a + w.force[CONSTANT] - w.force[STIFF] * u
-    if applied > w.grip[AHEAD] * (1.0 + 4.0 * EPS):
+    if applied > w.grip[AHEAD] * (1.0 + 4.0 * EPS):  # a force that equals the bound to rounding is held
         return 1.0
     return -1.0 if applied < -w.grip[BEHIND] * (1.0 + 4.0 * EPS) else 0.0
 
 
 @compiled
-def _stick(w, t, h, u, a, slope_a):
+def _stick(w: RecordArrays, t: float, h: float, u: float, a: float, slope_a: float) -> tuple[float, float]:
     """Stick for at most h; return the time used and the direction of the slip that follows."""
     stop, side = 0.0, _drive(w, u, a)
     if side == 0.0:
@@ -197,7 +202,7 @@ def _stick(w, t, h, u, a, slope_a):
 
 
 @compiled
-def _cell_of(w, u):
+def _cell_of(w: RecordArrays, u: float) -> int:
     c = 0
     while c < w.cells.shape[0] - 1 and u >= w.cells[c, HIGH]:
         c += 1
@@ -205,7 +210,7 @@ def _cell_of(w, u):
 
 
 @compiled
-def _turn(w, t, old, new, u):
+def _turn(w: RecordArrays, t: float, old: float, new: float, u: float) -> None:
     """Log a change of mode."""
     if new != old:
         log(w, t, old, new)
@@ -219,19 +224,19 @@ def _turn(w, t, old, new, u):
 
 
 @compiled
-def _next_due(w, i, whole):
+def _next_due(w: RecordArrays, i: int, whole: float) -> np.int64:
     """Return the next interval after i in which an observable is sampled."""
     due = np.int64(2**62)
     for e in range(w.observed.next_due.size):
         for k in range(w.observed.next_due[e], w.times.first[e + 1]):
-            interval = np.int64(w.times.due[k] / whole - 1e-9)
+            interval = np.int64(w.times.due[k] / whole - 1e-9)  # a time on a sample belongs to the interval before it
             if i < interval < due:
                 due = interval
     return due
 
 
 @compiled
-def _begin(w):
+def _begin(w: RecordArrays) -> tuple[float, float, float]:
     """Initialise the run; return displacement, velocity and mode."""
     u, v = w.given_y[0], w.given_y[1]
     begin_counting(w)
@@ -240,14 +245,14 @@ def _begin(w):
         w.observed.total[e, 0], w.observed.total[e, 1] = np.inf, -np.inf
     w.place.where, w.grip[FARTHEST] = _cell_of(w, u), abs(u)
     if v == 0.0:
-        u = _settle_at(w, u)
+        u = _bound_friction(w, u)
     s = math.copysign(1.0, v) if v != 0.0 else _drive(w, u, w.samples[0])
     _turn(w, 0.0, s, s, u)
     return u, v, s
 
 
 @compiled
-def _stick_on(w, i, stop, u):
+def _stick_on(w: RecordArrays, i: int, stop: Any, u: float) -> int:
     """Stick over whole samples; return the first in which the mass is released, or `stop`."""
     while i < stop:
         b = w.samples[i + 1] if i < w.samples.size - 1 else 0.0
@@ -259,7 +264,7 @@ def _stick_on(w, i, stop, u):
 
 
 @compiled(inline=True)
-def _slip_on(w, i, stop, u, v, s):
+def _slip_on(w: RecordArrays, i: int, stop: Any, u: float, v: float, s: float) -> tuple[int, float, float]:
     """Slip over whole samples without events; return the first in which an event may occur, u and w."""
     c, n = w.place.where, w.samples.size - 1
     low, high = w.cells[c, LOW], w.cells[c, HIGH]
@@ -289,7 +294,7 @@ def _slip_on(w, i, stop, u, v, s):
 
 
 @part
-def march(w):
+def march(w: RecordArrays) -> int:
     """Run over the record and on to the horizon; return a status."""
     u, v, s = _begin(w)
     dt, parts, n = w.record.dt, w.place.parts, w.samples.size - 1
@@ -308,20 +313,20 @@ def march(w):
         a_now = a + slope_a * (part * whole + tau)
         if s == 0.0:
             spent, new = _stick(w, t, h - tau, u, a_now, slope_a)
-            found = INSIDE if new == 0.0 else AT_REST
+            kind = INSIDE if new == 0.0 else AT_REST
         else:
-            u, v, spent, found = _slip(w, t, h - tau, u, v, s, a_now, slope_a)
+            u, v, spent, kind = _slip(w, t, h - tau, u, v, s, a_now, slope_a)
             new = s
-            if found == AT_REST:
-                u = _settle_at(w, u)
+            if kind == AT_REST:
+                u = _bound_friction(w, u)
                 new = _drive(w, u, a_now + slope_a * spent)
         w.counts.steps += 1
         w.counts.stall = 0 if spent > 0.0 else w.counts.stall + 1
-        if found == AT_EDGE:
-            w.place.where += np.int64(s)
+        if kind == AT_EDGE:
+            w.place.where += int(s)
             w.counts.kinks += 1
             enter(w, s)
-        elif found == AT_REST:
+        elif kind == AT_REST:
             _turn(w, t + spent, s, new, u)
             s = new
         status = budget(w, t)
@@ -329,7 +334,7 @@ def march(w):
             return status
         if w.counts.steps > w.limits.max_steps:
             return STEP_BUDGET
-        if found != INSIDE:
+        if kind != INSIDE:
             tau += spent
             continue
         tau, part = 0.0, part + 1

@@ -7,15 +7,16 @@ import itertools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from symfric.lower.automaton import Automaton
+from symfric.lower.automaton import Automaton, arguments_of
 from symfric.lower.cell_edges import ON_EDGE
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS
 from symfric.lower.mode_layout import backward, contact_of, forward
-from symfric.solve.integrators.forces_at_rest import Rest
+from symfric.solve.integrators.modes.forces_at_rest import Rest
 
 _MOST_TRIALS = 20_000
 _FORCES, _SPREAD = 5, 7  # outputs of the gauge function
@@ -71,11 +72,10 @@ class Rule:
     evaluated: bool
 
 
-def make_rule(automaton: Automaton, n_q: int, zero: float, tolerance: float, horizon: float, evaluated: bool) -> Rule:
-    """Differentiate the guards along the motion; `n_q` is the number of coordinates."""
-    field = automaton.field
-    y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
-    p, m = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
+def make_rule(automaton: Automaton, zero: float, tolerance: float, horizon: float, evaluated: bool) -> Rule:
+    """Differentiate the guards along the motion."""
+    field, n_q = automaton.field, automaton.n_q
+    y, t, p, m = arguments_of(field)
     rate, guards, _ = field(y, t, p, m)
     first = along(guards, rate, y, t)
     look = ca.Function("look", [y, t, p, m], [guards, first, along(first, rate, y, t)])
@@ -93,7 +93,7 @@ def along(expr: ca.SX, rate: ca.SX, y: ca.SX, t: ca.SX) -> ca.SX:
     return ca.densify(ca.jtimes(expr, y, rate) + ca.jtimes(expr, t, ca.SX(1)))
 
 
-def starting_mode(rule: Rule, y, t: float, p) -> np.ndarray | None:
+def starting_mode(rule: Rule, y: np.ndarray, t: float, p: np.ndarray) -> np.ndarray | None:
     """Return the mode at the start, or None if no combination is consistent."""
     automaton = rule.automaton
     n_c, layout = len(automaton.contacts), automaton.layout
@@ -155,7 +155,7 @@ def next_mode(
     if len(rows) > 1 and here.least_difference(still) < rule.untold:
         raise NearlyParallel
 
-    def settled(trial: np.ndarray) -> np.ndarray | None:
+    def completed(trial: np.ndarray) -> np.ndarray | None:
         for marked in here.distributions(trial):
             mode = _with_switches(rule, y, t, p, marked, reached)
             if mode is not None and _consistent(rule, y, t, p, mode, still, reached, pull, here):
@@ -164,15 +164,15 @@ def next_mode(
 
     little = max(rule.zero, _TIE) * pull + ROUNDING * numbers(automaton.gauge(y, t, p)[_FORCES])
     likely = here.most_exceeded(rest, still, before, lambda m: numbers(rule.drift(y, t, p, m)), little)
-    found = next((mode for mode in map(settled, likely) if mode is not None), None)
-    if found is not None:
+    selected = next((mode for mode in map(completed, likely) if mode is not None), None)
+    if selected is not None:
         for i in sorted((i for i in still if automaton.sticks[i]), key=lambda i: (i not in before, -pull[i])):
-            if not found[i] and (more := settled(_at_rest(automaton, found, [i]))) is not None:
-                found = more
-        return found
+            if not selected[i] and (more := completed(_at_rest(automaton, selected, [i]))) is not None:
+                selected = more
+        return selected
     ordered = sorted(still, key=partial(_room, here.guards(here.marked(rest))))
     trials = itertools.islice(_trials(automaton, rest, ordered), _MOST_TRIALS)
-    return next((mode for mode in map(settled, trials) if mode is not None), None)
+    return next((mode for mode in map(completed, trials) if mode is not None), None)
 
 
 def _at_rest(automaton: Automaton, m: np.ndarray, still: list[int]) -> np.ndarray:
@@ -206,7 +206,9 @@ def _trials(automaton: Automaton, base: np.ndarray, still: list[int]) -> Iterato
                 yield trial
 
 
-def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.ndarray | None:
+def _with_switches(
+    rule: Rule, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray, hit: frozenset[int]
+) -> np.ndarray | None:
     """Return the mode with the correct sign of every switch, None if there is none.
 
     At a kink the rates of both sides agree but for what the event missed it by, which decides the sign of a slow
@@ -237,7 +239,7 @@ def _with_switches(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> n
     return None
 
 
-def _with_edges(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.ndarray:
+def _with_edges(rule: Rule, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray, hit: frozenset[int]) -> np.ndarray:
     """Return the mode with the switches of profiles that stay at zero marked; see `symfric.lower.cell_edges`.
 
     As long as a switch is marked, a contact that is released has the friction of its side of the edge. Of a switch that
@@ -261,7 +263,17 @@ def _with_edges(rule: Rule, y, t, p, m: np.ndarray, hit: frozenset[int]) -> np.n
     return m
 
 
-def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], pull: np.ndarray, here: Rest) -> bool:
+def _consistent(
+    rule: Rule,
+    y: np.ndarray,
+    t: float,
+    p: np.ndarray,
+    m: np.ndarray,
+    still: list[int],
+    hit: frozenset[int],
+    pull: np.ndarray,
+    here: Rest,
+) -> bool:
     """Whether a mode is consistent: stick forces within bounds, and starting slips in their directions."""
     guards, first, second = (numbers(e) for e in rule.look(y, t, p, m))
     drift, forces = numbers(rule.drift(y, t, p, m)), numbers(rule.automaton.gauge(y, t, p)[_FORCES])
@@ -292,7 +304,7 @@ def _consistent(rule: Rule, y, t, p, m, still: list[int], hit: frozenset[int], p
     return True
 
 
-def _project(rule: Rule, y: np.ndarray, t: float, p, still: list[int]) -> None:
+def _project(rule: Rule, y: np.ndarray, t: float, p: np.ndarray, still: list[int]) -> None:
     """Set the slips in `still` to zero: exactly for slips of one velocity, else by the least change of velocities."""
     automaton = rule.automaton
     for i in (i for i in still if automaton.anchors[i][0] >= 0):
@@ -306,7 +318,7 @@ def _project(rule: Rule, y: np.ndarray, t: float, p, still: list[int]) -> None:
         y[rule.velocities] -= np.linalg.lstsq(rows, slip, rcond=None)[0]
 
 
-def _nearly(rule: Rule, y: np.ndarray, t: float, p, still: list[int]) -> bool:
+def _nearly(rule: Rule, y: np.ndarray, t: float, p: np.ndarray, still: list[int]) -> bool:
     """Whether the slips in `still` are all zero at a state within the integrator's error of y.
 
     Of slips that nearly agree each may be as good as zero, though all are zero only far away.
@@ -317,6 +329,6 @@ def _nearly(rule: Rule, y: np.ndarray, t: float, p, still: list[int]) -> bool:
     return bool(np.all(np.abs(there - y)[rule.velocities] <= _FAR * rule.zero * np.max(speeds, initial=0.0)))
 
 
-def numbers(e) -> np.ndarray:
+def numbers(e: Any) -> np.ndarray:
     """Return a CasADi vector as an array, shape (n,)."""
     return np.array(e, dtype=float).ravel()

@@ -7,21 +7,17 @@ at the nodes would be no help, they magnify the errors of the values.
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 
 from symfric.locks import SYMBOLIC
-from symfric.lower.automaton import Automaton
-from symfric.solve.integrators.hermite import first_fall_of
+from symfric.lower.automaton import Automaton, arguments_of
+from symfric.solve.integrators.dense_output.hermite import first_fall_of
+from symfric.solve.integrators.dense_output.refined_grid import cubics
+from symfric.solve.integrators.implicit.stretch import inside, outside, stretched
 from symfric.solve.integrators.integrated_piece import IntegratedPiece, SegmentStart
-from symfric.solve.integrators.mode_functions import mode_integrator
-from symfric.solve.integrators.refined_grid import cubics
-from symfric.solve.integrators.stretch import Stretch, inside, outside, stretched
-
-if TYPE_CHECKING:
-    from symfric.solve.integrators.route import Integrators
+from symfric.solve.integrators.mode_functions import ModeEquations, mode_integrator
 
 _SAFETY, _FINEST = 1e-3, 1e-11  # local tolerance relative to that of the run, and the smallest
 _NODES = 32  # of a piece
@@ -34,31 +30,12 @@ _NEWTON = 6  # most corrections of an event time
 
 
 class ImplicitPieces:
-    """The integrators of an automaton, with step counts; for one run at a time.
-
-    Parameters
-    ----------
-    field : casadi.Function
-        ``(y, t, p, m) -> (rate, guards, rows)``, with what does not stick computed from the state.
-    automaton : Automaton
-    n_integrals : int
-    settings : Integrators
-    tolerance, horizon : float
-    stretch : Stretch, optional
-    """
+    """The integrators of an automaton, with step counts; for one run at a time."""
 
     rough = None  # sizes come from the start
 
-    def __init__(
-        self,
-        field: ca.Function,
-        automaton: Automaton,
-        n_integrals: int,
-        settings: "Integrators",
-        tolerance: float,
-        horizon: float,
-        stretch: Stretch | None,
-    ):
+    def __init__(self, equations: ModeEquations) -> None:
+        field, automaton, n_integrals, settings, tolerance, horizon, stretch = equations
         self.stretch, self.settings, self.tolerance = stretch, settings, tolerance
         self.local = max(_SAFETY * tolerance, _FINEST)
         self.n_x, self._watched, self._horizon = len(automaton.states), _events(automaton), horizon
@@ -81,11 +58,11 @@ class ImplicitPieces:
     def _at(self, integrator: ca.Function, start: SegmentStart, span: float) -> np.ndarray:
         """Return the integrated variables at the nodes of an integrator; raise RuntimeError if it fails."""
         data = np.concatenate([start.p, start.m, start.size, [start.t, span / _STRETCHED]])
-        found = np.array(integrator(x0=start.state / start.size, p=data)["xf"]) * start.size[:, None]
+        states = np.array(integrator(x0=start.state / start.size, p=data)["xf"]) * start.size[:, None]
         self.steps += integrator.stats().get("nsteps", 0)
-        if not np.all(np.isfinite(found)):
+        if not np.all(np.isfinite(states)):
             raise RuntimeError("the motion left the finite numbers")
-        return found
+        return states
 
     @np.errstate(all="ignore")  # beyond a guard the motion may overflow
     def advance(
@@ -99,19 +76,20 @@ class ImplicitPieces:
             left = end - at_start
             if left <= _INSTANT * np.spacing(end):
                 return outside(self.stretch, self._instant(begun, end, reach), start.p)
-            span, found = min(reach, left), None
+            span, piece = min(reach, left), None
             try:
-                found, excess, noise = self._cubics(begun, start.size, at_start + span if span < left else end)
+                piece, excess, noise = self._cubics(begun, start.size, at_start + span if span < left else end)
                 if excess <= 1:
+                    # the error of cubics goes with the fourth power of the length
                     grown = span * min(4.0, 0.9 * max(excess, 1e-6) ** -0.25)
-                    cut = self._cut(begun, start.size, found, noise)
+                    cut = self._cut(begun, start.size, piece, noise)
                     if cut is not None:
                         return outside(self.stretch, replace(cut, reach=max(reach, grown)), start.p)
                 factor = 0.9 * excess**-0.25 if math.isfinite(excess) and excess > 1 else 0.2
             except RuntimeError:
                 factor = 0.2
             if span <= shortest:
-                return None if found is None else outside(self.stretch, self._layer(found, reach), start.p)
+                return None if piece is None else outside(self.stretch, self._layer(piece, reach), start.p)
             reach = max(span * min(0.7, max(0.1, factor)), shortest)
 
     def _layer(self, piece: IntegratedPiece, reach: float) -> IntegratedPiece:
@@ -122,9 +100,9 @@ class ImplicitPieces:
 
     def _cubics(self, start: SegmentStart, sizes: np.ndarray, end: float) -> tuple[IntegratedPiece, float, np.ndarray]:
         """Return a piece, the error of its cubics over the allowed one, and the noise of its guards."""
-        found = self._at(self._piece, start, end - start.t)
+        states = self._at(self._piece, start, end - start.t)
         t = np.linspace(start.t, end, _NODES + 1)
-        state = np.column_stack([start.state, found])
+        state = np.column_stack([start.state, states])
         rows, blur = (np.array(e) for e in self._look(state[: self.n_x], t[None, :], start.p, start.m, start.size))
         seen = state if self.stretch is None else self.stretch.outside(state, t, start.p)
         values = np.concatenate([seen[: self.n_x], rows])
@@ -204,8 +182,7 @@ def _values(field: ca.Function, n_integrals: int) -> ca.Function:
 
     That is by how much they change at most if every variable changes by ``size + |y|``.
     """
-    y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
-    p, m = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
+    y, t, p, m = arguments_of(field)
     size = ca.SX.sym("size", y.numel() + n_integrals)
     _, guards, rows = field(y, t, p, m)
     rows = ca.vertcat(guards, rows[n_integrals:])
@@ -217,5 +194,5 @@ def _middle_errors(t: np.ndarray, value: np.ndarray) -> np.ndarray:
     """Return the error at the odd nodes of the cubics through the even ones, (rows,); with all it is 16 times less."""
     c = cubics(t[::2], value[:, ::2])
     s = (t[1::2] - t[:-1:2])[:, None]
-    found = ((c[..., 3] * s + c[..., 2]) * s + c[..., 1]) * s + c[..., 0]
-    return np.max(np.abs(found.T - value[:, 1::2]), axis=1)
+    cubic = ((c[..., 3] * s + c[..., 2]) * s + c[..., 1]) * s + c[..., 0]
+    return np.max(np.abs(cubic.T - value[:, 1::2]), axis=1)

@@ -44,7 +44,7 @@ class Rest:
         rows, columns = self.rows.copy(), self.columns.copy()
         sizes, own, groups = np.sum(rows * columns, axis=1), list[int](), self.automaton.parallels
         for i in sorted(sticking, key=lambda i: (i not in first, -self.pull[i])):
-            for j in own * 2:
+            for j in own * 2:  # twice is enough for orthogonality, see Parlett, The Symmetric Eigenvalue Problem, 6.9
                 part = (rows[j] @ columns[i]) / (rows[j] @ columns[j])
                 rows[i], columns[i] = rows[i] - part * rows[j], columns[i] - part * columns[j]
             if rows[i] @ columns[i] > REDUNDANT * sizes[i]:
@@ -83,7 +83,7 @@ class Rest:
             yield plain
             return
         firsts, total, bounds = self._needed(plain)
-        rank, found = int(np.sum(plain[:n_c] == HOLDS)), []
+        rank, candidates = int(np.sum(plain[:n_c] == HOLDS)), []
         for own in itertools.combinations(firsts, rank):
             marked = self.marked(m, own)
             if any(marked[i] != HOLDS for i in own):
@@ -95,8 +95,8 @@ class Rest:
                 most = bounds[list(own)]
                 room = np.min((most - np.abs(held)) / np.maximum(most + np.abs(held), np.finfo(float).tiny))
                 if room >= -_BEYOND or self.automaton.at_edges:  # at edges the bounds depend on the direction
-                    found.append((room, self._with_given(marked, others, ways)))
-        yield from (marked for _, marked in sorted(found, key=lambda e: -e[0]))
+                    candidates.append((room, self._with_given(marked, others, ways)))
+        yield from (marked for _, marked in sorted(candidates, key=lambda e: -e[0]))
 
     def most_exceeded(
         self,
@@ -190,12 +190,12 @@ class Rest:
         equal = np.column_stack([basis.T @ J.T, np.zeros(basis.shape[1])])
         from scipy import optimize  # slow to import, and only here needed
 
-        found = optimize.linprog(
+        optimum = optimize.linprog(
             cost, limits, np.zeros(2 * len(firsts)), equal, basis.T @ total, [(None, None)] * len(firsts) + [(0, None)]
         )
-        if found.status != 0 or found.fun <= 1 - _BEYOND:
+        if optimum.status != 0 or optimum.fun <= 1 - _BEYOND:
             return np.zeros(n_c)
-        slips = -self.rows @ (basis @ found.eqlin.marginals)
+        slips = -self.rows @ (basis @ optimum.eqlin.marginals)
         sizes = np.linalg.norm(self.rows, axis=1)
         slips[(np.abs(slips) <= _NOTHING * np.max(np.abs(slips) / sizes) * sizes) | (plain[:n_c] == 0)] = 0.0
         return np.sign(slips)

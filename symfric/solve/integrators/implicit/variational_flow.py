@@ -13,8 +13,8 @@ import casadi as ca
 import numpy as np
 
 from symfric.locks import SYMBOLIC
+from symfric.solve.integrators.implicit.stretch import Stretch, sizes_of, stretched
 from symfric.solve.integrators.integrated_piece import SegmentStart
-from symfric.solve.integrators.stretch import Stretch, sizes_of, stretched
 
 _STEPS, _DEEPEST = (
     20_000,
@@ -54,7 +54,7 @@ class VariationalFlow:
         Change of variables.
     """
 
-    def __init__(self, field: ca.Function, n_integrals: int, chosen: np.ndarray, stretch: Stretch | None):
+    def __init__(self, field: ca.Function, n_integrals: int, chosen: np.ndarray, stretch: Stretch | None) -> None:
         self._field, self._n_integrals, self._stretch = stretched(field, stretch), n_integrals, stretch
         self._chosen = chosen
         self._dae = self._equations(field.nnz_in(0) + n_integrals, chosen.shape[1])
@@ -85,8 +85,8 @@ class VariationalFlow:
     def _changed(self, change: ca.Function) -> ca.Function:
         """Return ``(y, t, p, V) -> V`` for the derivatives of the variables that a change gives."""
         y, t, p = (ca.SX.sym(name, change.nnz_in(k)) for k, name in enumerate(("y", "t", "p")))
-        V, found = ca.SX.sym("V", y.numel(), self._chosen.shape[1]), change(y, t, p)
-        by = ca.jacobian(found, y) @ V + ca.jacobian(found, p) @ self._chosen
+        V, other = ca.SX.sym("V", y.numel(), self._chosen.shape[1]), change(y, t, p)
+        by = ca.jacobian(other, y) @ V + ca.jacobian(other, p) @ self._chosen
         return ca.Function("changed", [y, t, p, V], [ca.densify(by)])
 
     def follow(
@@ -114,12 +114,14 @@ class VariationalFlow:
         RuntimeError
             If the integrator fails.
         """
-        found = self._between(start, V, scales, times, tolerance, 0)
-        if not all(np.all(np.isfinite(e)) for e in found):
+        followed = self._between(start, V, scales, times, tolerance, 0)
+        if not all(np.all(np.isfinite(e)) for e in followed):
             raise RuntimeError("the motion left the finite numbers")
-        return found
+        return followed
 
-    def _between(self, start, V, scales, times, tolerance, depth) -> tuple[np.ndarray, np.ndarray]:
+    def _between(
+        self, start: SegmentStart, V: np.ndarray, scales: Scales, times: np.ndarray, tolerance: float, depth: int
+    ) -> tuple[np.ndarray, np.ndarray]:
         try:
             return self._uninterrupted(start, V, scales, times, tolerance)
         except RuntimeError:
@@ -132,24 +134,27 @@ class VariationalFlow:
         then = self._between(there, slopes[-1], scales, times[~early], tolerance, depth + 1)
         return np.column_stack([state[:, :-1], then[0]]), np.concatenate([slopes[:-1], then[1]])
 
-    def _uninterrupted(self, start, V, scales, times, tolerance) -> tuple[np.ndarray, np.ndarray]:
+    def _uninterrupted(
+        self, start: SegmentStart, V: np.ndarray, scales: Scales, times: np.ndarray, tolerance: float
+    ) -> tuple[np.ndarray, np.ndarray]:
         n_x, size, state = self._field.nnz_in(0), start.size, start.state
         if self._stretch:
             size = sizes_of(self._stretch, size)
             V = np.concatenate([np.array(self._enter(state[:n_x], start.t, start.p, V[:n_x])), V[n_x:]])
             state = self._stretch.inside(state, start.t, start.p)
         unit, coarser = scales.unit, scales.coarser
+        # V in units of states over those of the directions, so that one tolerance serves motion and derivatives
         scale = size[:, None] * coarser / unit
         length = times[-1] - start.t
         grid = (times - start.t) / length
         data = np.concatenate([start.p, start.m, size, unit, coarser[:, 0], [start.t, length / _STRETCHED]])
         integrator = self._integrator(grid, tolerance)
         try:
-            found = np.array(integrator(x0=np.append(state / size, (V / scale).T), p=data)["xf"])
+            scaled = np.array(integrator(x0=np.append(state / size, (V / scale).T), p=data)["xf"])
         finally:
             self.steps += integrator.stats().get("nsteps", 0)
-        states = found[: size.size] * size[:, None]
-        slopes = found[size.size :].T.reshape(times.size, unit.size, size.size).transpose(0, 2, 1) * scale
+        states = scaled[: size.size] * size[:, None]
+        slopes = scaled[size.size :].T.reshape(times.size, unit.size, size.size).transpose(0, 2, 1) * scale
         if self._stretch:
             for k, t in enumerate(times):
                 slopes[k, :n_x] = np.array(self._leave(states[:n_x, k], t, start.p, slopes[k, :n_x]))

@@ -47,13 +47,15 @@ def middle_errors(t: np.ndarray, value: np.ndarray, first: np.ndarray, second: n
     even = slice(None, None, 2)
     coefficients = quintic(np.diff(t[even]), value[:, even], first[:, even], second[:, even])
     s = (t[1::2] - t[:-1:2])[:, None]
-    found = coefficients[..., 5]
+    value_there = coefficients[..., 5]
     for k in range(4, -1, -1):
-        found = found * s + coefficients[..., k]
-    return np.max(np.abs(found.T - value[:, 1::2]), axis=1)
+        value_there = value_there * s + coefficients[..., k]
+    return np.max(np.abs(value_there.T - value[:, 1::2]), axis=1)
 
 
-def turning_points(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray):
+def turning_points(
+    h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return the extremes inside the intervals as arrays: row, interval, time since its left node, value."""
     coefficients = quintic(h, value, first, second)
     points = []
@@ -62,20 +64,22 @@ def turning_points(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: 
         for root in np.roots((c[1:] * np.arange(1, 6))[::-1]):
             if abs(root.imag) < 1e-9 * h[k] and 0 < root.real < h[k]:
                 points.append((row, k, root.real, np.polyval(c[::-1], root.real)))
-    row, k, s, found = np.array(points, dtype=float).reshape(-1, 4).T
-    return row.astype(int), k.astype(int), s, found
+    row, k, s, height = np.array(points, dtype=float).reshape(-1, 4).T
+    return row.astype(int), k.astype(int), s, height
 
 
 def extremes(h: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the smallest and the largest value of every row of quintics, shape (rows,)."""
     low, high = value.min(axis=1), value.max(axis=1)
-    row, _, _, found = turning_points(h, value, first, second)
-    np.minimum.at(low, row, found)
-    np.maximum.at(high, row, found)
+    row, _, _, height = turning_points(h, value, first, second)
+    np.minimum.at(low, row, height)
+    np.maximum.at(high, row, height)
     return low, high
 
 
-def first_fall(t, value, first, second, below: np.ndarray) -> tuple[int, float] | None:
+def first_fall(
+    t: np.ndarray, value: np.ndarray, first: np.ndarray, second: np.ndarray, below: np.ndarray
+) -> tuple[int, float] | None:
     """Return the first row that falls below ``-below`` and the time of its preceding root, or None.
 
     For a row that is not positive at its start, the time is that of reaching ``-below``.
@@ -99,14 +103,14 @@ def first_fall_of(t: np.ndarray, coefficients: np.ndarray, below: np.ndarray) ->
     """Return what `first_fall` does, from the coefficients (n, rows, order) in the fraction of every interval."""
     h = np.diff(t)
     bound = np.min(coefficients @ _bernstein(coefficients.shape[-1] - 1).T, axis=-1)
-    found = None
+    fall = None
     for k, row in np.argwhere(bound < -below):
-        if found is not None and t[k] >= found[1]:
+        if fall is not None and t[k] >= fall[1]:
             break
         part = _fall(coefficients[k, row], below[row], k == 0)
-        if part is not None and (found is None or t[k] + part * h[k] < found[1]):
-            found = int(row), float(t[k] + part * h[k])
-    return found
+        if part is not None and (fall is None or t[k] + part * h[k] < fall[1]):
+            fall = int(row), float(t[k] + part * h[k])
+    return fall
 
 
 def _fall(c: np.ndarray, below: float, beginning: bool) -> float | None:

@@ -53,10 +53,10 @@ def extremes_of(t: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarra
         middle, root = -c[..., 2], np.sqrt(c[..., 2] ** 2 - 3 * c[..., 3] * c[..., 1])
         for s in ((middle + root) / (3 * c[..., 3]), (middle - root) / (3 * c[..., 3]), -c[..., 1] / (2 * c[..., 2])):
             inside = (s > 0) & (s < h)
-            found = ((c[..., 3] * s + c[..., 2]) * s + c[..., 1]) * s + c[..., 0]
+            height = ((c[..., 3] * s + c[..., 2]) * s + c[..., 1]) * s + c[..., 0]
             slope = np.abs((3 * c[..., 3] * s + 2 * c[..., 2]) * s + c[..., 1])
             turns = inside & (slope <= 1e-6 * (np.abs(c[..., 1]) + np.abs(c[..., 2]) * h + np.abs(c[..., 3]) * h**2))
-            below, above = np.where(turns, found, np.inf), np.where(turns, found, -np.inf)
+            below, above = np.where(turns, height, np.inf), np.where(turns, height, -np.inf)
             k, j = np.argmin(below, axis=0), np.argmax(above, axis=0)
             at[0] = np.where(below[k, rows] < low, t[k] + s[k, rows], at[0])
             at[1] = np.where(above[j, rows] > high, t[j] + s[j, rows], at[1])
@@ -72,9 +72,9 @@ def refined(
     Parameters
     ----------
     at : callable
-        ``grid -> found``, for increasing times, the last one 1.
+        ``grid -> states``, for increasing times, the last one 1.
     look : callable
-        ``(grid with 0 in front, found) -> values (rows, n + 1), allowed errors (rows,)``.
+        ``(grid with 0 in front, states) -> values (rows, n + 1), allowed errors (rows,)``.
     grid : ndarray, optional
         Nodes to begin with, 0 and 1 included.
 
@@ -85,11 +85,11 @@ def refined(
     """
     grid = np.linspace(0.0, 1.0, _FIRST + 1) if grid is None else grid
     for _ in range(_ROUNDS):
-        found = at(grid[1:])
-        values, allowed = look(grid, found)
+        states = at(grid[1:])
+        values, allowed = look(grid, states)
         wrong = _between(grid, values, allowed)
         if not np.any(wrong):
-            return grid, found
+            return grid, states
         parts = np.linspace(0.0, 1.0, _PARTS + 1)[1:-1]
         inner = grid[:-1][wrong][:, None] + np.diff(grid)[wrong][:, None] * parts
         inner = inner[np.all(np.diff(np.column_stack([grid[:-1][wrong], inner, grid[1:][wrong]])) > 0, axis=1)]

@@ -32,11 +32,11 @@ def nodes_given(places: ca.SX, graphs: ca.SX, out: Sequence[ca.SX]) -> list[ca.S
                 made[last[program.instruction_input(k)[0]]] = place
         else:
             last[program.instruction_output(k)[0]] = k
-    work, found = dict[int, ca.SX](), [ca.SX(0)] * whole.numel()
+    work, entries = dict[int, ca.SX](), [ca.SX(0)] * whole.numel()
     for k in range(program.n_instructions()):
         kind, into, of = program.instruction_id(k), program.instruction_output(k), program.instruction_input(k)
         if kind == ca.OP_OUTPUT:
-            found[into[1]] = work[of[0]]
+            entries[into[1]] = work[of[0]]
             continue
         if k in made:
             work[into[0]] = graphs[made[k]]
@@ -50,6 +50,6 @@ def nodes_given(places: ca.SX, graphs: ca.SX, out: Sequence[ca.SX]) -> list[ca.S
             work[into[0]] = ca.SX.binary(kind, work[of[0]], work[of[1]])
     result, first = [], n
     for e in out:
-        result.append(ca.reshape(ca.vertcat(*found[first : first + e.numel()]), e.shape) if e.numel() else ca.SX(e))
+        result.append(ca.reshape(ca.vertcat(*entries[first : first + e.numel()]), e.shape) if e.numel() else ca.SX(e))
         first += e.numel()
     return result

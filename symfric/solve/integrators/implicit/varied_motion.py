@@ -9,13 +9,13 @@ import casadi as ca
 import numpy as np
 
 from symfric.locks import SYMBOLIC
-from symfric.lower.automaton import Automaton
+from symfric.lower.automaton import Automaton, arguments_of
 from symfric.solve.input_segments import segments
+from symfric.solve.integrators.implicit.stretch import stretch_of
+from symfric.solve.integrators.implicit.variational_flow import Scales, VariationalFlow
 from symfric.solve.integrators.integrated_piece import SegmentStart
 from symfric.solve.integrators.mode_functions import signs_evaluated
 from symfric.solve.integrators.sizes import first_sizes, make_sizing, rough_motion, sizes_along
-from symfric.solve.integrators.stretch import stretch_of
-from symfric.solve.integrators.variational_flow import Scales, VariationalFlow
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.status import Status
 from symfric.time_limit import check_time
@@ -69,10 +69,10 @@ class VariedMotion:
 
     def __init__(
         self, automaton: Automaton, lowered: LoweredScene, directions: Sequence[str], n_integrals: int, tolerance: float
-    ):
+    ) -> None:
         self.automaton, self.n_integrals = automaton, n_integrals
         self._field, self._scene = signs_evaluated(automaton), lowered.scene
-        names = [s.name for s in automaton.parameters]
+        self.names = names = [s.name for s in automaton.parameters]
         chosen = np.zeros((automaton.field.nnz_in(2), len(directions)))
         for k, name in enumerate(directions):
             if name in names:
@@ -87,31 +87,31 @@ class VariedMotion:
 
     def _stiff(self, lowered: LoweredScene) -> tuple[list[int], ca.Function]:
         """Return the places of the states of bristles, and the function of the parameters for their stiffnesses."""
-        model, places, found = lowered.dynamics, [], []
+        model, places, graphs = lowered.dynamics, [], []
         for contact in self._scene.contacts:
             memory = contact.law.memory
             if memory and memory.slowest is None:
                 places += [self.automaton.states.index(z.name) for z in contact.states]
-                found += [model.read(memory.stiffness)] * len(contact.states)
+                graphs += [model.read(memory.stiffness)] * len(contact.states)
         p = ca.SX.sym("p", self._field.nnz_in(2))
-        return places, ca.Function("stiffness", [p], [ca.substitute(ca.vertcat(*found), model.p, p)])
+        return places, ca.Function("stiffness", [p], [ca.substitute(ca.vertcat(*graphs), model.p, p)])
 
     def _coarser(self, size: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Return how much coarser the derivatives of every state are taken: those of bristles where a layer is short.
 
         Its duration goes with the root of the stiffness, which is measured over the way of the body.
         """
-        found, way = np.ones((size.size, 1)), np.max(size[: self.automaton.n_q], initial=0.0)
+        factors, way = np.ones((size.size, 1)), np.max(size[: self.automaton.n_q], initial=0.0)
         if self._bristles:
             stiff = np.abs(np.array(self._stiffness(p)).ravel()) * way
-            found[self._bristles, 0] = np.maximum(1.0, _COARSER * np.sqrt(stiff))
-        return found
+            factors[self._bristles, 0] = np.maximum(1.0, _COARSER * np.sqrt(stiff))
+        return factors
 
     def _rows(self) -> ca.Function:
         """Return ``(y, V, t, p, m) -> (r, dr)`` for the rows that are not integrated."""
         field, n_s = self._field, self._chosen.shape[1]
-        y, V, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("V", field.nnz_in(0), n_s), ca.SX.sym("t")
-        p, m = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
+        y, t, p, m = arguments_of(field)
+        V = ca.SX.sym("V", y.numel(), n_s)
         rows = ca.vertcat(field(y, t, p, m)[2])[self.n_integrals :, :]
         by = ca.jacobian(rows, y) @ V + ca.jacobian(rows, p) @ self._chosen
         return ca.Function("rows", [y, V, t, p, m], [ca.densify(rows), ca.densify(by)])
@@ -157,26 +157,26 @@ class VariedMotion:
         m, n_r = np.ones(automaton.layout.n_mode), self._look.numel_out(0)
         rows, by = np.full((times.size, n_r), math.nan), np.full((times.size, n_r, n_s), math.nan)
         edges, inputs = segments([self._scene.inputs[s] for s in automaton.inputs], horizon)
-        flow, size, scales, t, status = self._lease(), None, None, 0.0, Status.OK
+        flow, t, status = self._lease(), 0.0, Status.OK
+        given = np.concatenate([p, inputs[0]])
+        size = first_sizes(self._sizing, y, 0.0, given, m)
+        if flow.rough is not None:
+            size = sizes_along(flow.rough, size, y, given, m, horizon)
+        scales = Scales(unit, self._coarser(size, given))
+        self._note(rows, by, np.flatnonzero(times == 0.0), (state[:, None], V[None]), np.zeros(1), given, m)
         for k, row in enumerate(inputs):
             given, end = np.concatenate([p, row]), min(edges[k + 1], horizon)
-            if size is None:
-                size = first_sizes(self._sizing, y, 0.0, given, m)
-                if flow.rough is not None:
-                    size = sizes_along(flow.rough, size, y, given, m, horizon)
-                scales = Scales(unit, self._coarser(size, given))
-                self._note(rows, by, np.flatnonzero(times == 0.0), (state[:, None], V[None]), np.zeros(1), given, m)
             size = np.maximum(size, np.abs(state))
             inside = np.flatnonzero((t < times) & (times <= end))
             grid = np.unique(np.append(times[inside], end))
             try:
-                found = self._part(flow, SegmentStart(t, state, given, m, size), V, scales, grid)
+                part = self._part(flow, SegmentStart(t, state, given, m, size), V, scales, grid)
             except RuntimeError:
                 status = Status.INTEGRATOR
                 break
             at = np.searchsorted(grid, times[inside])
-            self._note(rows, by, inside, (found[0][:, at], found[1][at]), times[inside], given, m)
-            t, state, V = end, found[0][:, -1], found[1][-1]
+            self._note(rows, by, inside, (part[0][:, at], part[1][at]), times[inside], given, m)
+            t, state, V = end, part[0][:, -1], part[1][-1]
             check_time()
             if progress is not None:
                 progress(t / horizon)
@@ -187,7 +187,9 @@ class VariedMotion:
         self._idle.append(flow)
         return Followed(status, t, state, V, rows, by, steps)
 
-    def _part(self, flow: VariationalFlow, start: SegmentStart, V, scales, grid) -> tuple[np.ndarray, np.ndarray]:
+    def _part(
+        self, flow: VariationalFlow, start: SegmentStart, V: np.ndarray, scales: Scales, grid: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
         """Return states and derivatives at times before the next change of an input."""
         for more in _AGAIN[:-1]:
             try:
@@ -196,11 +198,20 @@ class VariedMotion:
                 continue
         return flow.follow(start, V, scales, grid, _AGAIN[-1] * self.local)
 
-    def _note(self, rows, by, places, found, times, p, m) -> None:
+    def _note(
+        self,
+        rows: np.ndarray,
+        by: np.ndarray,
+        places: np.ndarray,
+        motion: tuple[np.ndarray, np.ndarray],
+        times: np.ndarray,
+        p: np.ndarray,
+        m: np.ndarray,
+    ) -> None:
         """Store observables and their derivatives at some times."""
         n_x, n_r = self._field.nnz_in(0), rows.shape[1]
         if not n_r:
             return
         for j, k in enumerate(places):
-            r, slope = self._look(found[0][:n_x, j], found[1][j][:n_x], times[j], p, m)
+            r, slope = self._look(motion[0][:n_x, j], motion[1][j][:n_x], times[j], p, m)
             rows[k], by[k] = np.array(r).ravel(), np.array(slope).reshape(n_r, -1)

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import casadi as ca
 import numpy as np
 
-from symfric.lower.automaton import Automaton
+from symfric.lower.automaton import Automaton, arguments_of
 from symfric.lower.contact_dynamics import ContactDynamics
-from symfric.solve.integrators.graph_nodes import nodes_given
+from symfric.solve.integrators.implicit.graph_nodes import nodes_given
 from symfric.solve.integrators.integrated_piece import IntegratedPiece, SegmentStart
 
 SIZE = 10.0  # of s, for absolute tolerances
@@ -50,21 +50,21 @@ class Stretch:
         Those `before`, if they belong to the same velocities, tell slips that are lost in the rounding of these.
         """
         n, places = self.inner.size1_in(0), list(self.places)
-        found = np.append(np.array(self.inner(state[:n], t, p)).ravel(), state[n:])
+        integrated = np.append(np.array(self.inner(state[:n], t, p)).ravel(), state[n:])
         if before is not None:
-            kept = found.copy()
+            kept = integrated.copy()
             kept[places] = before[places]
             there = self.outside(kept[:, None], np.array([t]), p)[:n, 0]
             speeds = np.max(np.abs(np.concatenate([there[places], state[places]])))
             if np.all(np.abs(there - state[:n])[places] <= _SAME * speeds):
                 return kept
-        return found
+        return integrated
 
-    def outside(self, found: np.ndarray, t: np.ndarray, p: np.ndarray) -> np.ndarray:
+    def outside(self, integrated: np.ndarray, t: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Return states with integrals behind them from the integrated variables, shape (n, n_t)."""
-        n, found = self.inner.size1_in(0), found.copy()
-        found[:n] = np.array(self.outer(found[:n], np.reshape(t, (1, -1)), p))
-        return found
+        n, integrated = self.inner.size1_in(0), integrated.copy()
+        integrated[:n] = np.array(self.outer(integrated[:n], np.reshape(t, (1, -1)), p))
+        return integrated
 
 
 def stretch_of(model: ContactDynamics, automaton: Automaton) -> Stretch | None:
@@ -74,17 +74,17 @@ def stretch_of(model: ContactDynamics, automaton: Automaton) -> Stretch | None:
     """
     n, n_u = automaton.n_q, model.u.numel()
     y, t, p = ca.SX.sym("y", automaton.n_y), ca.SX.sym("t"), ca.SX.sym("p", automaton.field.nnz_in(2))
-    found = [(i, c.law.memory.slowest) for i, c in enumerate(model.contacts) if c.law.memory]
-    found = [(i, slowest) for i, slowest in found if slowest is not None]
-    if not found:
+    logarithmic = [(i, c.law.memory.slowest) for i, c in enumerate(model.contacts) if c.law.memory]
+    logarithmic = [(i, slowest) for i, slowest in logarithmic if slowest is not None]
+    if not logarithmic:
         return None
-    slips = automaton.gauge(y, t, p)[0][[i for i, _ in found]]
+    slips = automaton.gauge(y, t, p)[0][[i for i, _ in logarithmic]]
     slopes = ca.jacobian(slips, y)[:, n : n + n_u]
     held = {k - n for (k, _), sticks in zip(automaton.anchors, automaton.sticks, strict=True) if sticks}
     chosen = _pivots(slopes, held)
     kept, columns = list(chosen), [n + k for k in chosen.values()]
     slips, slopes = slips[kept], slopes[kept, list(chosen.values())]
-    units = ca.vertcat(*(ca.substitute(model.read(found[j][1]), model.p, p) for j in kept))
+    units = ca.vertcat(*(ca.substitute(model.read(logarithmic[j][1]), model.p, p) for j in kept))
     others = ca.substitute(slips, y[columns], ca.SX.zeros(len(columns)))
     outer, inner = ca.SX(y), ca.SX(y)
     inner[columns] = ca.asinh(slips / units)
@@ -127,8 +127,8 @@ def stretched(field: ca.Function, stretch: Stretch | None) -> ca.Function:
     """Return a field ``(y, t, p, m) -> (rate, guards, rows)`` as one of the integrated variables."""
     if stretch is None:
         return field
-    y, t = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t")
-    p, m, s = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3)), ca.SX.sym("s", y.numel())
+    y, t, p, m = arguments_of(field)
+    s = ca.SX.sym("s", y.numel())
     places, units = list(stretch.places), stretch.units(p)
     slips, out = stretch.slips(y, t, p), list(field(y, t, p, m))
     faster = ca.jtimes(slips, y, out[0]) + ca.jtimes(slips, t, ca.SX(1))
@@ -158,6 +158,6 @@ def sizes_of(stretch: Stretch | None, size: np.ndarray) -> np.ndarray:
     """Return the sizes of the integrated variables from those of the states."""
     if stretch is None:
         return size
-    found = size.copy()
-    found[list(stretch.places)] = SIZE
-    return found
+    stretched_sizes = size.copy()
+    stretched_sizes[list(stretch.places)] = SIZE
+    return stretched_sizes

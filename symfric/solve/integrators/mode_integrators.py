@@ -8,23 +8,18 @@ looked at, between the outputs too, and one that fails is repeated over a shorte
 import math
 from collections import OrderedDict
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
 
 from symfric.locks import SYMBOLIC
-from symfric.lower.automaton import Automaton
-from symfric.solve.integrators.hermite import first_fall, middle_errors
+from symfric.solve.integrators.dense_output.hermite import first_fall, middle_errors
+from symfric.solve.integrators.dense_output.refined_grid import Look, refined
+from symfric.solve.integrators.implicit.stretch import inside, outside, stretched
 from symfric.solve.integrators.integrated_piece import IntegratedPiece, SegmentStart
-from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP, mode_integrator, node_function
-from symfric.solve.integrators.refined_grid import refined
+from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP, ModeEquations, mode_integrator, node_function
 from symfric.solve.integrators.sizes import filled, rough_motion
-from symfric.solve.integrators.stretch import Stretch, inside, outside, stretched
 from symfric.solve.loop.stepping.enclosure import unseen_by
-
-if TYPE_CHECKING:
-    from symfric.solve.integrators.route import Integrators
 
 FINEST = 1e-14  # smallest tolerance
 _SAFETY = {"erk": 0.1, "rosenbrock": 0.1, "collocation": 0.1}  # factors of the local tolerance: errors of steps add up,
@@ -50,16 +45,8 @@ _NEWTON = 4  # most Newton corrections of an event time
 class ModeIntegrators:
     """The integrators of the modes of one automaton, with step counts; for one run at a time."""
 
-    def __init__(
-        self,
-        field: ca.Function,
-        automaton: Automaton,
-        n_integrals: int,
-        settings: "Integrators",
-        tolerance: float,
-        horizon: float,
-        stretch: Stretch | None = None,
-    ):
+    def __init__(self, equations: ModeEquations) -> None:
+        field, automaton, n_integrals, settings, tolerance, horizon, stretch = equations
         self.stretch = stretch if settings.plugin in CONTINUOUS else None
         self.settings, self.tolerance, self.plugin = settings, tolerance, settings.plugin or "erk"
         self.local = max(_SAFETY[self.plugin] * tolerance, FINEST if self.stretch is None else _LOGARITHMIC)
@@ -107,27 +94,13 @@ class ModeIntegrators:
             counts = integrator.stats()
             self.steps += counts.get("n_steps", counts.get("nsteps", 0)) + counts.get("n_reject", 0)
 
-    def _at_end(self, start: SegmentStart, end: float, depth: int = 0) -> np.ndarray:
-        """Return the state at a time; raise RuntimeError if that fails.
-
-        The integrator gives up where a motion changes within a small part of its last step; it is restarted half way.
-        """
-        try:
-            return self._uninterrupted(start, end - start.t, np.ones(1))[:, -1]
-        except RuntimeError:
-            if depth >= _DEEPEST:
-                raise
-        between = (start.t + end) / 2
-        state = self._at_end(start, between, depth + 1)
-        return self._at_end(replace(start, t=between, state=state), end, depth + 1)
-
     def _uninterrupted(self, start: SegmentStart, span: float, grid: np.ndarray, rough: float = 1.0) -> np.ndarray:
         """Return the states at fractions of a time after the start, the last one 1."""
         integrator = self._for_grid(grid, rough)
         data = np.concatenate([start.p, start.m, start.size, [start.t, span / _STRETCHED]])
-        found = np.array(integrator(x0=start.state / start.size, p=data)["xf"]) * start.size[:, None]
+        state = np.array(integrator(x0=start.state / start.size, p=data)["xf"]) * start.size[:, None]
         self.steps += integrator.stats().get("nsteps", 0)
-        return found
+        return state
 
     def _for_grid(self, grid: np.ndarray, rough: float) -> ca.Function:
         """Return the integrator for fractions of a time; those used last are kept."""
@@ -156,13 +129,13 @@ class ModeIntegrators:
             return self.at_nodes(start, span, 1)[:, -1]
         before = None
         while self._elements <= self.settings.elements:
-            found = self.at_nodes(start, span, 1)[:, -1]
+            last = self.at_nodes(start, span, 1)[:, -1]
             if before is not None and np.all(
-                np.abs(found - before) <= self.tolerance * np.maximum(start.size, np.abs(found))
+                np.abs(last - before) <= self.tolerance * np.maximum(start.size, np.abs(last))
             ):
-                self._elements //= 2
-                return found
-            before = found
+                self._elements //= 2  # the next time begins with as many as have sufficed
+                return last
+            before = last
             self._elements *= 2
         raise RuntimeError("the result still changes with the number of elements")
 
@@ -201,7 +174,7 @@ class ModeIntegrators:
         if self.settings.plugin == "collocation":
             state = np.column_stack([start.state, self.end(start, end - start.t)])
         else:
-            state = np.column_stack([start.state, self._at_end(start, end)])
+            state = np.column_stack([start.state, self._states_at(start, np.array([end]))])
         return IntegratedPiece(np.array([start.t, end]), state, none, none, (none, none, none), math.inf)
 
     def _whole(self, start: SegmentStart, end: float) -> IntegratedPiece:
@@ -210,9 +183,9 @@ class ModeIntegrators:
             return self._refined(start, end)
         span, n, last = end - start.t, NODES, self.end(start, end - start.t)
         while True:
-            found = self.at_nodes(start, span, n)
-            found[:, -1] = last
-            piece, excess, _ = self._between(start, end, found)
+            states = self.at_nodes(start, span, n)
+            states[:, -1] = last
+            piece, excess, _ = self._between(start, end, states)
             if excess <= 1:
                 return piece
             if n >= _MOST_NODES:
@@ -230,7 +203,10 @@ class ModeIntegrators:
         return IntegratedPiece(t, state, first, second, tuple(rows), math.inf, cubic=True)
 
     def _states_at(self, start: SegmentStart, t: np.ndarray, depth: int = 0) -> np.ndarray:
-        """Return the states at times; where the integrator gives up, it is restarted half way."""
+        """Return the states at times; raise RuntimeError if that fails.
+
+        The integrator gives up where a motion changes within a small part of its last step; it is restarted half way.
+        """
         span = t.item(-1) - start.t
         try:
             return self._uninterrupted(start, span, (t - start.t) / span)
@@ -257,8 +233,8 @@ class ModeIntegrators:
         look, span = self._values(start, end), end - start.t
         try:
             grid, _ = refined(lambda grid: self._uninterrupted(start, span, grid, _ROUGH), look)
-            grid, found = refined(lambda grid: self._uninterrupted(start, span, grid), look, grid)
-            return start.t + span * grid, np.column_stack([start.state, found])
+            grid, inner = refined(lambda grid: self._uninterrupted(start, span, grid), look, grid)
+            return start.t + span * grid, np.column_stack([start.state, inner])
         except RuntimeError:
             if depth >= _DEEPEST:
                 raise
@@ -266,11 +242,11 @@ class ModeIntegrators:
         later = self._nodes_between(replace(start, t=t.item(-1), state=state[:, -1]), end, depth + 1)
         return np.append(t, later[0][1:]), np.column_stack([state, later[1][:, 1:]])
 
-    def _values(self, start: SegmentStart, end: float):
+    def _values(self, start: SegmentStart, end: float) -> Look:
         """Return a function that gives states and observables at nodes, and how much they may be in error."""
 
-        def look(grid: np.ndarray, found: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            state = np.column_stack([start.state, found])
+        def look(grid: np.ndarray, states: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            state = np.column_stack([start.state, states])
             looked = self._look(start.t + (end - start.t) * grid, state, start)
             t = start.t + (end - start.t) * grid
             seen = state if self.stretch is None else self.stretch.outside(state, t, start.p)
@@ -290,11 +266,12 @@ class ModeIntegrators:
         while True:
             span = min(reach, end - start.t)
             try:
-                found = self.at_nodes(start, span, NODES)
+                states = self.at_nodes(start, span, NODES)
                 size = start.size[:, None]
-                if np.any(size + np.abs(found) > _GROWTH * (size + np.abs(start.state[:, None]))):
+                if np.any(size + np.abs(states) > _GROWTH * (size + np.abs(start.state[:, None]))):
                     raise RuntimeError("what is small at the start would be lost in what is large at the end")
-                piece, excess, below = self._between(start, min(start.t + reach, end), found)
+                piece, excess, below = self._between(start, min(start.t + reach, end), states)
+                # the error of quintics goes with the sixth power of the length
                 factor = 0.9 * max(excess, 1e-6) ** (-1 / 6) if math.isfinite(excess) else 0.2
                 if excess <= 1:
                     cut = self._cut(start, piece, below)
@@ -325,11 +302,11 @@ class ModeIntegrators:
         return not np.all(unseen <= self.tolerance * sizes)
 
     def _between(
-        self, start: SegmentStart, stop: float, found: np.ndarray
+        self, start: SegmentStart, stop: float, states: np.ndarray
     ) -> tuple[IntegratedPiece, float, np.ndarray]:
         """Return the piece through nodes, its interpolation error over the allowed one, and the noise of the guards."""
-        t = np.linspace(start.t, stop, found.shape[1] + 1)
-        state = np.column_stack([start.state, found])
+        t = np.linspace(start.t, stop, states.shape[1] + 1)
+        state = np.column_stack([start.state, states])
         first, second, *rows, blur = looked = self._look(t, state, start)
         if not all(np.all(np.isfinite(e)) for e in looked):
             raise RuntimeError("the motion left the finite numbers")
@@ -339,6 +316,7 @@ class ModeIntegrators:
         error = middle_errors(t, *values)
         allowed = _DENSE * self.tolerance * np.max(np.abs(values[0]), axis=1) + 10 * noise
         excess = np.max(error / np.maximum(allowed, 1e-300), initial=0.0)  # an observable may be zero throughout
+        # twice the noise, and twice the error of the quintics through all nodes; see `middle_errors`
         below = (2 * noise + error / 32)[n : n + self.n_guards]
         return IntegratedPiece(t, state, first, second, tuple(rows), stop - start.t), float(excess), below
 
@@ -384,7 +362,7 @@ class ModeIntegrators:
             if abs(value) <= 1e-3 * noise or not abs(correction) < most:  # at a graze the slope is zero
                 break
             there = self._guard(replace(start, t=t, state=state), t + correction, index)
-            if not abs(there[1]) < abs(value):
+            if not abs(there[1]) < abs(value):  # the integrator's error is reached
                 break
             t, (state, value, slope) = t + correction, there
         return t, state[:, None]

@@ -1,0 +1,1 @@
+"""Motion between the nodes of an integrator."""

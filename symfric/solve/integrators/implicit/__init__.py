@@ -1,0 +1,1 @@
+"""Implicit integration of stiff laws with memory, with derivatives and without."""
