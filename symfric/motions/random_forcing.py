@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from symfric.errors import SceneError
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, pair
 from symfric.model.system import Signal
 
 _LONGER = 2  # period of the sum of waves in durations, so that the end knows nothing of the start
@@ -65,12 +65,7 @@ def random_forcing(
     (501, 0.02, True)
     """
     duration, rms = finite(duration, "duration"), finite(rms, "rms")
-    try:
-        low, high = (finite(f, "a frequency of the band") for f in band)
-    except (TypeError, ValueError) as error:
-        raise (
-            error if isinstance(error, SceneError) else SceneError(f"band is {band!r}; give (lowest, highest)")
-        ) from None
+    low, high = (finite(f, "a frequency of the band") for f in pair(band, "band"))
     if duration <= 0 or rms < 0:
         raise SceneError(
             f"a duration of {duration:g} and an rms of {rms:g}; the first must be positive, both not negative"

@@ -46,8 +46,8 @@ def test_a_design_of_a_file(kind):
 @pytest.mark.parametrize("kind", SHOWN)
 def test_a_design_on_a_page(kind):
     result = study(read_scene_file(FOLDER / f"{kind}.toml"))
-    (made,) = result.designs
-    assert made.design.found.check.agrees
+    (made,) = result.designs.value
+    assert made.design.value.check.agrees
     text = page(result)
     assert re.search(SHOWN[kind], text)
     assert f'id="{kind}"' in text
