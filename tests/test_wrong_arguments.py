@@ -190,9 +190,7 @@ def test_a_traceback_shows_the_line_of_the_user_and_then_the_function_that_was_c
     with pytest.raises(sf.SceneError) as caught:
         call()
     frames = [(Path(e.path).name, e.frame.code.name) for e in caught.traceback]
-    ours = [
-        name for file, name in frames[2:] if file not in ("locks.py", "long_calls.py", "<string>")
-    ]
+    ours = [name for file, name in frames[2:] if file not in ("locks.py", "long_calls.py", "<string>")]
     assert frames[1][0] == Path(__file__).name
     assert ours[0] == function
 
