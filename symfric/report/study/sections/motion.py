@@ -78,7 +78,8 @@ def motion_in_words(m: SampledMotion, file: SceneFile) -> str:
     text = f"Computed with the route {m.route}"
     if file.scene.contacts:
         text += f": {counted(m.events, 'change')} of mode, {counted(sticks, 'interval')} of sticking"
-    text += f". The energies balance to {powers_of_ten(f'{m.energy_residual:.1e}')}."
+    off = powers_of_ten(f"{m.energy_residual:.1e}") if m.energy_residual else "0"
+    text += f". The energies balance to {off}."
     return text + (f" It ended early ({m.status}): {m.advice}." if m.advice else "")
 
 
