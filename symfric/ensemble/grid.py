@@ -228,7 +228,7 @@ def fingerprint(scene: Scene) -> str:
         for array in system.linear.arrays:
             digest.update(str(array.shape).encode() + np.ascontiguousarray(array).tobytes())
     for symbol, signal in sorted(scene.inputs.items(), key=lambda pair: pair[0].name):
-        digest.update(f"{symbol.name} {signal.dt.hex()} {signal.t0.hex()}\n".encode())
+        digest.update(f"{symbol.name} {signal.dt.hex()} {signal.t0.hex()}{' held' * signal.hold}\n".encode())
         digest.update(signal.samples.tobytes())
     return digest.hexdigest()
 

@@ -62,6 +62,8 @@ class Automaton:
         Number of coordinates.
     at_edges : tuple of int
         The switches at which a load jumps; see `symfric.lower.cell_edges`.
+    steps : tuple of int
+        The switches of conditions on time alone, at which forces, slips, loads and laws may jump.
     autonomous : bool
         Whether time appears nowhere.
     anchors : tuple of (int, float)
@@ -85,6 +87,7 @@ class Automaton:
     inputs: tuple[sp.Symbol, ...]
     n_q: int
     at_edges: tuple[int, ...]
+    steps: tuple[int, ...]
     autonomous: bool
     anchors: tuple[tuple[int, float], ...]
     parallels: tuple[int, ...]
@@ -151,6 +154,7 @@ def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automa
         inputs=model.inputs,
         n_q=model.q.numel(),
         at_edges=model.edges.switches,
+        steps=tuple(sorted(model.switches.steps)),
         autonomous=not ca.depends_on(ca.vertcat(*out), model.t),
         anchors=tuple(model.anchor(i) for i in range(len(model.contacts))),
         parallels=tuple(k for k, _ in model.parallels),

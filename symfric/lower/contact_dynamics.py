@@ -25,6 +25,7 @@ from symfric.lower.contact_space import ContactSpace, contact_space
 from symfric.lower.held_velocities import held_velocities
 from symfric.lower.linear_part import force_in, mass_in, rows_in
 from symfric.lower.load_sharing import dependent, parallels
+from symfric.lower.mode_layout import JUST_AFTER
 from symfric.lower.printer import Printer, Switches
 from symfric.lower.slider_sets import SliderSet
 from symfric.lower.spring_sliders import Spring, with_forces
@@ -71,6 +72,8 @@ class ContactDynamics:
         What changes along a run.
     switches : Switches
         The kinks met so far.
+    horizon : float
+        Length of a run, a scale of time.
     contacts : tuple of Contact
         Those along a line.
     springs : list of Spring
@@ -98,6 +101,7 @@ class ContactDynamics:
         own = len(self.parameters)
         self.p = ca.SX.sym("p", own + 3 * len(self.inputs))
         self.switches = Switches()
+        self.horizon = 1.0
         symbols = {TIME: self.t, **free}
         symbols |= dict(zip(system.states, ca.vertsplit(self.y), strict=True))
         symbols |= {s: self.p[i] for i, s in enumerate(self.parameters)}
@@ -155,7 +159,9 @@ class ContactDynamics:
     @classmethod
     def of(cls, scene: Scene, constants: Mapping[sp.Symbol, sp.Expr] | None = None) -> "ContactDynamics":
         """Return the equations of a scene."""
-        return cls(scene.system, scene.contacts, scene.parameters, tuple(scene.inputs), constants)
+        found = cls(scene.system, scene.contacts, scene.parameters, tuple(scene.inputs), constants)
+        found.horizon = scene.horizon
+        return found
 
     def copy(self) -> "ContactDynamics":
         """Return a copy, to which symbols and kinks can be added."""
@@ -180,10 +186,16 @@ class ContactDynamics:
         self.moving.add(symbol)
 
     def unswitched(self, out: list[ca.SX]) -> list[ca.SX]:
-        """Return expressions in which the signs of kinks are computed from their quantities instead of being data."""
+        """Return expressions in which the signs of kinks are computed from their quantities instead of being data.
+
+        Steps in time are taken as just after t, which is an instant of a step only to rounding.
+        """
         if not self.switches.signs:
             return out
         signs, quantities = ca.vertcat(*self.switches.signs), ca.vertcat(*self.switches.quantities)
+        for k in sorted(self.switches.steps):
+            later = self.t + JUST_AFTER * (ca.fabs(self.t) + self.horizon)
+            quantities[k] = ca.substitute(quantities[k], self.t, later)
         nested = ca.which_depends(quantities, signs, 1, True)
         for k in (k for k in reversed(range(len(nested))) if nested[k]):
             out = ca.substitute(out, [signs[k]], [ca.if_else(quantities[k] < 0, -1, 1)])

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 LINE_GUARDS = 2  # number of guards of a contact that slips along a line
+JUST_AFTER = 1e-13  # time, relative to t plus the horizon, after which a step in time at t has surely occurred
 GAPS = 3  # rows of such a contact in `symfric.lower.relaxed_guards`: its slip, and the reserve to either bound
 
 

@@ -16,6 +16,7 @@ from sympy.core.relational import Relational
 from symfric.errors import SceneError
 from symfric.lower.chebyshev import ChebyshevSeries
 from symfric.model.numeric import gauss_legendre
+from symfric.model.symbols import TIME
 
 _UNARY: dict[type, Callable[[ca.SX], ca.SX]] = {
     sp.exp: ca.exp,
@@ -52,11 +53,12 @@ class Switches:
     signs: list[ca.SX] = field(default_factory=list)
     quantities: list[ca.SX] = field(default_factory=list)
     guards: list[ca.SX] = field(default_factory=list)  # sign * quantity, positive while the sign is right
+    steps: set[int] = field(default_factory=set)  # those of conditions on time and parameters alone
     _known: dict[sp.Expr, ca.SX] = field(default_factory=dict)
 
     def copy(self) -> "Switches":
         """Return a copy, to which switches can be added."""
-        return Switches([*self.signs], [*self.quantities], [*self.guards], dict(self._known))
+        return Switches([*self.signs], [*self.quantities], [*self.guards], set(self.steps), dict(self._known))
 
     def of(self, quantity: ca.SX, key: sp.Expr) -> ca.SX:
         """Return the sign of `quantity` as data; the same `key` gives the same switch."""
@@ -233,7 +235,10 @@ class Printer:
         if not self._moves(c):
             return _RELATIONS[type(c)](self._print(c.lhs), self._print(c.rhs))
         gap = c.gts - c.lts
-        return self._switch(self._print(gap), gap) > 0
+        sign = self._switch(self._print(gap), gap)
+        if gap.free_symbols & self.moving == {TIME}:
+            self.switches.steps.add(next(k for k, s in enumerate(self.switches.signs) if s is sign))
+        return sign > 0
 
 
 def _clenshaw(x: ca.SX, *coefficients: ca.SX) -> ca.SX:

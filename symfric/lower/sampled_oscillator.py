@@ -61,6 +61,8 @@ def record(model: ContactDynamics, signals: Mapping[sp.Symbol, Signal], rows: Se
     (contact,), ((symbol, signal),) = contacts, signals.items()
     if signal.t0 != 0:
         raise NoRoute("the input does not start at t = 0")
+    if signal.hold:
+        raise NoRoute("the input is held from sample to sample, the closed form is for lines between samples")
     if contact.slip != system.u[0]:
         raise NoRoute("the floor moves; write the motion relative to it")
     law = lines_of(contact.law)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import sympy as sp
+from sympy.core.relational import Relational
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
@@ -177,7 +178,7 @@ def is_excited(scene: Scene, varied: frozenset[str] = frozenset()) -> bool:
 
 def _of_time(scene: Scene, varied: frozenset[str]) -> Iterator[tuple[sp.Expr, sp.Expr]]:
     """Yield the expressions of a scene that depend on time: as written, and with zero parameters inserted."""
-    contacts = (e for c in scene.contacts for e in (c.slip, c.normal, c.profile))
+    contacts = (e for c in scene.contacts for e in (c.slip, c.normal, c.profile, *c.law.expressions))
     found = [e for e in map(sp.sympify, (*scene.system.expressions, *contacts)) if TIME in e.free_symbols]
     zero = vanishing(scene, varied) if found else {}
     for e in found:
@@ -209,11 +210,23 @@ def _rates(e: sp.Expr, moving: set[sp.Symbol], whole: sp.Expr) -> Iterator[sp.Ex
     if e == TIME:
         raise SceneError(f"time appears outside sines and cosines in {whole}: the excitation has no period")
     parts: Iterable[sp.Expr] = e.args
+    if isinstance(e, Relational) and (e.lhs - e.rhs).is_Mul:
+        e = _sum_of_waves(e.lhs - e.rhs)
+        parts = e.args
     if isinstance(e, sp.sin | sp.cos):
         rate, parts = frequency_of(e, moving)
         yield rate
     for part in parts:
         yield from _rates(part, moving, whole)
+
+
+def _sum_of_waves(product: sp.Expr) -> sp.Expr:
+    """Return a product of two sines of time as a sum of cosines, the frequencies of which it has; else the product."""
+    waves = [e for e in product.args if TIME in e.free_symbols]
+    if len(waves) != 2 or not all(isinstance(e, sp.sin) for e in waves):
+        return product
+    a, b = (e.args[0] for e in waves)
+    return product / (2 * waves[0] * waves[1]) * (sp.cos(sp.expand(a - b)) - sp.cos(sp.expand(a + b)))
 
 
 @lru_cache(1024)
@@ -283,7 +296,13 @@ def later(scene: Scene, time: float) -> Scene:
         linear=with_replaced(scene.system.linear, shift),
     )
     contacts = tuple(
-        replace(c, slip=c.slip.xreplace(shift), normal=c.normal.xreplace(shift), profile=c.profile.xreplace(shift))
+        replace(
+            c,
+            slip=c.slip.xreplace(shift),
+            normal=c.normal.xreplace(shift),
+            profile=c.profile.xreplace(shift),
+            law=c.law.where(shift) if TIME in c.law.free_symbols else c.law,
+        )
         for c in scene.contacts
     )
     inputs = {s: replace(signal, t0=signal.t0 - time) for s, signal in scene.inputs.items()}

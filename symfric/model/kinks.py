@@ -33,13 +33,13 @@ def gradient(energy: sp.Expr, variable: sp.Symbol, what: str) -> sp.Expr:
     SceneError
         If the derivative jumps; it names the place and the cure.
     """
-    check_continuous(energy, {}, what)
+    check_continuous(energy, {}, what, variable)
     plain, extremes = with_magnitudes(energy)
     pieces = [term for term in sp.Add.make_args(plain) if term.has(sp.Piecewise)]
     parts = [plain - sp.Add(*pieces), *map(sp.piecewise_fold, pieces)]
     slope = sp.Add(*(without_signs(part.diff(variable), f"d {what}/d {variable}", CURES[what]) for part in parts))
     slope = sp.expand(slope.xreplace(extremes)) if extremes else slope
-    check_continuous(slope, {}, f"d {what}/d {variable}")
+    check_continuous(slope, {}, f"d {what}/d {variable}", variable)
     return slope
 
 

@@ -10,6 +10,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.kinks import CURES, gradient, simplified, with_magnitudes, without_signs
 from symfric.model.public_names import names_of
+from symfric.model.steps import with_steps
 from symfric.model.symbols import TIME, listed, mapped, scalar
 from symfric.model.system import System, refuse_jumps
 
@@ -73,7 +74,7 @@ def lagrange(
     given = {"kinetic": kinetic, "potential": potential, "dissipation": dissipation}
     given.update({f"the load on {c}": loads.get(c, 0) for c in q})
     for name, e in given.items():
-        given[name] = to_states(scalar(e, name), name)
+        given[name] = with_steps(to_states(scalar(e, name), name), name)
         refuse_jumps(given[name], name)
     kinetic, potential, dissipation, *applied = given.values()
     real = [s if s.is_real else sp.Symbol(s.name, real=True) for s in (*still, *u)]

@@ -13,6 +13,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.linear_part import LinearPart, slopes_of
 from symfric.model.springs import read_stiffness, spring_of
+from symfric.model.steps import jumps_in_time, with_steps
 from symfric.model.symbols import (
     TIME,
     counted,
@@ -120,7 +121,8 @@ class System:
             own = entries[: len(entries) - self.made] if name == "z_rate" else entries
             for i, e in enumerate(own):
                 refuse_speed(e, f"{name}[{i}]")
-            object.__setattr__(self, name, entries)
+            own = tuple(with_steps(e, f"{name}[{i}]") for i, e in enumerate(own))
+            object.__setattr__(self, name, (*own, *entries[len(own) :]))
         self._check_symbols()
 
     def _read_mass(self, n: int) -> None:
@@ -301,7 +303,7 @@ class Contact:
         legible(self.name, "a contact")
         for what in ("slip", "normal", "profile"):
             where = f"{what} of contact {self.name!r}"
-            value = expression(getattr(self, what), where)
+            value = with_steps(expression(getattr(self, what), where), where)
             refuse_jumps(value, where)
             refuse_speed(value, where)
             object.__setattr__(self, what, value)
@@ -318,6 +320,11 @@ class Contact:
             raise SceneError(f"normal of contact {self.name!r} is {self.normal}; a normal load is not negative")
         if self.stiffness is not None:
             object.__setattr__(self, "stiffness", read_stiffness(self.stiffness, self.law, self.name))
+        if not self.along_line and any(jumps_in_time(e) for e in (self.normal, *self.law.expressions)):
+            raise SceneError(
+                f"the load or the law of contact {self.name!r} steps in time, and the contact is behind a spring, "
+                "whose force would jump with it; let it change over a short time"
+            )
 
     @property
     def along_line(self) -> bool:
@@ -343,7 +350,7 @@ class Contact:
 
 @dataclass(frozen=True, eq=False)
 class Signal:
-    """A sampled input, linear between its samples and zero outside them.
+    """A sampled input, linear between its samples, or held from each to the next; zero outside them.
 
     Attributes
     ----------
@@ -355,6 +362,8 @@ class Signal:
         Time of the first sample.
     unit : str or None
         For display only.
+    hold : bool
+        Whether a sample is held until the next (zero-order hold), the last one for dt, instead of joined by lines.
 
     Examples
     --------
@@ -364,12 +373,15 @@ class Signal:
     1.0
     >>> round(float(signal(0.25)), 6)
     0.5
+    >>> sf.Signal([2.0, 3.0], dt=0.5, hold=True)([0.0, 0.4, 0.5, 0.9, 1.0]).tolist()
+    [2.0, 2.0, 3.0, 3.0, 0.0]
     """
 
     samples: np.ndarray
     dt: float
     t0: float = 0.0
     unit: str | None = None
+    hold: bool = False
 
     @alone(SYMBOLIC)
     def __post_init__(self) -> None:
@@ -387,10 +399,14 @@ class Signal:
 
     @property
     def t_end(self) -> float:
-        """Time of the last sample."""
-        return self.t0 + self.dt * (self.samples.size - 1)
+        """Time of the last sample, or to which it is held."""
+        return self.t0 + self.dt * (self.samples.size - (not self.hold))
 
     def __call__(self, t: float | np.ndarray) -> np.ndarray:
         """Evaluate at times t, any shape."""
+        if self.hold:
+            place = np.floor((np.asarray(t, dtype=float) - self.t0) / self.dt + 1e-9)
+            inside = (place >= 0) & (place < self.samples.size)
+            return np.where(inside, self.samples[np.where(inside, place, 0).astype(int)], 0.0)
         grid = self.t0 + self.dt * np.arange(self.samples.size)
         return np.asarray(np.interp(t, grid, self.samples, left=0.0, right=0.0))

@@ -8,10 +8,9 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.model.numeric import numeric_function
 from symfric.model.outputs import OF_CONTACTS, Output
+from symfric.model.steps import compare_across
 from symfric.model.symbols import TIME, nearest, refuse_speed, shorten
 from symfric.model.system import Contact, System
-
-_SEED = 19
 
 
 def check_contacts(system: System, contacts: tuple[Contact, ...]) -> None:
@@ -119,22 +118,30 @@ def check_times(outputs: Mapping[str, Output], horizon: float) -> None:
             )
 
 
-def check_continuous(expr: sp.Expr, numbers: dict[sp.Symbol, float], what: str) -> None:
-    """Raise if a Piecewise in `expr` is discontinuous where its condition changes.
+def check_continuous(expr: sp.Expr, numbers: dict[sp.Symbol, float], what: str, place: sp.Symbol | None = None) -> None:
+    """Raise if a Piecewise in `expr` is discontinuous where its condition changes, unless that is a step in time.
 
     Each condition's boundary is solved for a symbol in which it is linear or quadratic, and the two neighbouring
-    branches are compared there for three random values of the others. Other boundaries are not checked.
+    branches are compared there for three random values of the others. Other boundaries are not checked if time is not
+    in them. With a `place`, a boundary in time without it is taken for a step.
     """
     for piecewise in expr.atoms(sp.Piecewise):
         relations = sorted({r for _, c in piecewise.args for r in c.atoms(sp.core.relational.Relational)}, key=str)
         for relation in relations:
             boundary = (relation.lhs - relation.rhs).xreplace(numbers)
-            if boundary.free_symbols == {TIME}:
-                continue  # a step in time, at which nothing depends on how the state gets there
+            timed = TIME in boundary.free_symbols
+            if timed and (boundary.free_symbols == {TIME} or (place and place not in boundary.free_symbols)):
+                continue
             for unknown in sorted(boundary.free_symbols, key=str):
                 if boundary.is_polynomial(unknown) and sp.degree(boundary, unknown) <= 2:
-                    _compare_across(piecewise.xreplace(numbers), boundary, unknown, what)
+                    compare_across(piecewise.xreplace(numbers), boundary, unknown, what)
                     break
+            else:
+                if timed:
+                    raise SceneError(
+                        f"{what} contains the condition {relation}, of time and state together; a step in time has a "
+                        "condition on time and parameters alone"
+                    )
 
 
 def made_of_cells(profile: sp.Expr) -> bool:
@@ -150,25 +157,6 @@ def made_of_cells(profile: sp.Expr) -> bool:
         return False
     coordinates = {c.lhs for c in edges}
     return len(coordinates) == 1 and not any(v.free_symbols & coordinates for v in values)
-
-
-def _compare_across(piecewise: sp.Piecewise, boundary: sp.Expr, unknown: sp.Symbol, what: str) -> None:
-    rng = np.random.default_rng(_SEED)
-    others = sorted((piecewise.free_symbols | boundary.free_symbols) - {unknown}, key=str)
-    evaluate = numeric_function((unknown, *others), piecewise)
-    for _ in range(3):
-        point = dict(zip(others, rng.uniform(0.5, 1.5, len(others)), strict=True))
-        coefficients = [complex(c) for c in sp.Poly(boundary.xreplace(point), unknown).all_coeffs()]
-        roots = np.roots(coefficients) if np.all(np.isfinite(coefficients)) else np.zeros(0)
-        for root in (r.real for r in roots if abs(r.imag) < 1e-12 and not (unknown.is_positive and r.real <= 0)):
-            step = 1e-7 * max(1.0, abs(root))
-            at = [float(evaluate(root + d, *point.values())) for d in (-2 * step, -step, step, 2 * step)]
-            slope = max(abs(at[1] - at[0]), abs(at[3] - at[2]))
-            if abs(at[2] - at[1]) > 20 * slope + 1e-9 * max(1.0, abs(at[1])):
-                raise SceneError(
-                    f"{what} jumps by {at[2] - at[1]:.3g} at {unknown} = {root:.6g}; "
-                    "a Piecewise must be continuous, and jumps of friction are contacts"
-                )
 
 
 def _number(expr: sp.Expr, numbers: dict[sp.Symbol, float]) -> float | None:

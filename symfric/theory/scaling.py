@@ -338,7 +338,7 @@ def isolator_model(
     return scenes.rolling_isolator(
         C=C * f.damper(alpha),
         m=m * f.mass,
-        motion=Signal(record.samples * f.acceleration, record.dt * f.time, record.t0 * f.time),
+        motion=Signal(record.samples * f.acceleration, record.dt * f.time, record.t0 * f.time, hold=record.hold),
         profile=_scaled_profile(profile, f),
         g=g * (f.gravity_1 if gravity == "scaled" else f.gravity_2),
         alpha=alpha,

@@ -105,6 +105,9 @@ def _harmonic_force(scene: Scene) -> HarmonicForce:
         raise SceneError("the mass matrix depends on the position; separate takes a constant one")
     waves = set()
     for e in system.force:
+        for piecewise in e.atoms(sp.Piecewise):
+            if any(TIME in condition.free_symbols for _, condition in piecewise.args):
+                raise SceneError(f"a force contains {piecewise}; separate takes time only in sin and cos, not in steps")
         waves |= {w for w in e.atoms(sp.sin, sp.cos) if TIME in w.free_symbols}
     rates = {_rate(w) for w in waves}
     if not rates:
@@ -231,7 +234,8 @@ def fast_slips(scene: Scene) -> dict[str, sp.Expr]:
 
 
 def _fast_slip(contact: Contact, fast: HarmonicForce, system: System) -> sp.Expr:
-    for what, expr in (("slip", contact.slip), ("normal", contact.normal)):
+    laws = [("law", e) for e in contact.law.expressions]
+    for what, expr in (("slip", contact.slip), ("normal", contact.normal), *laws):
         if TIME in expr.free_symbols:
             raise SceneError(
                 f"{what} of contact {contact.name!r} depends on time; separate takes time in the forces only"

@@ -187,6 +187,9 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
             )
         return reduced
 
+    for c in scene.contacts:
+        for e in c.law.expressions:
+            still(e, f"the law of contact {c.name!r}")
     near = replaced(scene.system, scene.contacts, scene.parameter_values())
     system = near.system
     force = [still(e, f"force[{i}]") for i, e in enumerate(system.force)]

@@ -13,6 +13,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.averaged_law import effective_coefficient
 from symfric.model.laws.memory import Memory
 from symfric.model.numeric import numeric_function
+from symfric.model.steps import with_steps
 from symfric.model.symbols import SPEED, expression, finite, numbers_of, refuse_speed, scalar
 
 _REGULARISATIONS = {  # by shape, what is done to a law
@@ -80,8 +81,8 @@ class Law:
 
     @alone(SYMBOLIC)
     def __post_init__(self) -> None:
-        object.__setattr__(self, "kinetic", scalar(self.kinetic, "the kinetic coefficient"))
-        object.__setattr__(self, "stick", scalar(self.stick, "the static coefficient"))
+        for name, what in (("kinetic", "the kinetic coefficient"), ("stick", "the static coefficient")):
+            object.__setattr__(self, name, with_steps(scalar(getattr(self, name), what), what))
         object.__setattr__(self, "breaks", tuple(scalar(b, "a break of the law") for b in self.breaks))
         for what, value in (("static coefficient", self.stick), ("breaks", self.breaks), ("steep", self.steep)):
             refuse_speed(value, f"the {what} of a law")
@@ -124,9 +125,7 @@ class Law:
         """Kinetic coefficient in the limit of vanishing speed."""
         if self.memory is not None:
             return self.stick
-        start = self.kinetic
-        if isinstance(start, sp.Piecewise):
-            start = start.args[0].expr
+        start = _at_low_speed(self.kinetic)
         if self.stick.is_zero and start.has(sp.Integral):
             return sp.Integer(0)  # the mean of an odd law over a symmetric vibration; quadrature leaves rounding
         return start.subs(SPEED, 0)
@@ -270,3 +269,12 @@ class Law:
             )
         kinetic, breaks = effective_coefficient(self.kinetic, self.breaks, q)
         return Law(kinetic, sp.Integer(0), breaks, f"{self.source}, under fast vibration: Thomsen (41), (47)", breaks)
+
+
+def _at_low_speed(kinetic: sp.Expr) -> sp.Expr:
+    """Return the branch of a law next to rest, with all of its steps in time."""
+    if not isinstance(kinetic, sp.Piecewise):
+        return kinetic
+    if any(SPEED in condition.free_symbols for _, condition in kinetic.args):
+        return kinetic.args[0].expr
+    return sp.Piecewise(*((_at_low_speed(e), condition) for e, condition in kinetic.args))

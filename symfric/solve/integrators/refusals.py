@@ -3,6 +3,7 @@
 from symfric.lower.automaton import Automaton
 from symfric.model.outputs import Integral, OutputOfExpression
 from symfric.model.scene import Scene
+from symfric.model.steps import jumps_in_time
 from symfric.solve.integrators.mode_functions import ONE_STEP
 
 
@@ -27,6 +28,9 @@ def remembering(scene: Scene) -> bool:
 
 def declines(automaton: Automaton, plugin: str | None, scene: Scene, derivatives: bool = False) -> str:
     """Return the reason why a plugin cannot run a scene, or not with derivatives; empty if it can."""
+    jumps = _jumping(automaton, plugin, scene)
+    if jumps:
+        return jumps
     if plugin == "cvodes" and remembering(scene) and not derivatives:
         if automaton.at_edges and has_events(automaton):
             return "a profile jumps, and a contact can stick"
@@ -41,4 +45,15 @@ def declines(automaton: Automaton, plugin: str | None, scene: Scene, derivatives
     if kinks_matter(scene) and automaton.layout.switches:
         other = "" if derivatives else ", or use the plugin 'erk' or 'rosenbrock'"
         return f"{plugin} steps over kinks, so only the end and integrals are right; want those alone{other}"
+    return ""
+
+
+def _jumping(automaton: Automaton, plugin: str | None, scene: Scene) -> str:
+    """Return why the route declines steps in time and held inputs; empty if there are none that it cannot take."""
+    if automaton.steps and plugin not in ONE_STEP and any(map(jumps_in_time, scene.system.expressions)):
+        return f"a force steps in time, over which {plugin} steps without an event"
+    held = {s for s, signal in scene.inputs.items() if signal.hold}
+    for c in scene.contacts:
+        if any(jumps_in_time(e) or held & e.free_symbols for e in (c.slip, c.normal, *c.law.expressions)):
+            return f"slip, load or law of contact {c.name!r} steps in time, which only the event loop takes"
     return ""

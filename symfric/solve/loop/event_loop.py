@@ -7,6 +7,7 @@ from symfric.solve.loop.arithmetic import drifts, is_at_rest, scale_of_state, su
 from symfric.solve.loop.codes import EXPAND, GO, LOADED, LOST_CONTACT, NOT_FINITE, OK, SEGMENT, SETTLE, STEP_COLLAPSE
 from symfric.solve.loop.events.first_event import first_event
 from symfric.solve.loop.events.saltation import jump, remember
+from symfric.solve.loop.events.time_steps import mark_steps
 from symfric.solve.loop.events.transitions import transit
 from symfric.solve.loop.modes.layout import mode
 from symfric.solve.loop.modes.mode_selection import keep_scales, settle
@@ -157,13 +158,15 @@ def _advance(w: LoopArrays, n_x: int, n_c: int, tau: float) -> None:
 @compiled(inline=True, fused=True)
 def _switch(w: LoopArrays, n_x: int, n_c: int) -> int:
     """Select the mode after an event and log the changes."""
+    starting = w.clock.h_last == 0.0 and w.counts.steps == 0
+    if w.limits.steps:
+        mark_steps(w, n_x, n_c, starting)
     if w.limits.varied:
         remember(w)
     changed = transit(w, n_c) if w.contacts.other_guards.size else 0
     status = settle(w)
     if status != OK:
         return status
-    starting = w.clock.h_last == 0.0 and w.counts.steps == 0
     if w.limits.varied:
         jump(w, n_x, n_c, starting)
     keep_scales(w, n_x, n_c)
@@ -188,6 +191,7 @@ def _switch(w: LoopArrays, n_x: int, n_c: int) -> int:
     w.counts.events += changed
     w.counts.grazes += changed == 0 and not starting
     w.counts.stall += 1
+    w.counts.jumped = 0
     w.counts.phase = EXPAND
     return budget(w, w.y[n_x])
 
@@ -211,4 +215,5 @@ def _next_segment(w: LoopArrays) -> None:
     for g in range(w.guards.hit.size):
         w.guards.hit[g] = 0
     prelude(w)
+    w.counts.jumped = w.limits.holds
     w.counts.phase = SETTLE

@@ -73,6 +73,7 @@ def series_model(
         limits.along_q, limits.along_u, limits.felt, limits.pushes = matrices.sizes
     limits.sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
     limits.edges, limits.coupled = len(automaton.at_edges), automaton.n_q * automaton.coupled
+    limits.steps, limits.holds = len(automaton.steps), _slips_jump(scene)
     limits.first_load, limits.first_other = automaton.layout.first_load, automaton.layout.first_other
     limits.first_variable = automaton.layout.first_variable
     if variations:
@@ -80,6 +81,12 @@ def series_model(
     loop = load_loop("symfric.solve.loop.entry", "the event loop")
     n_x = len(scene.system.states) if n_x is None else n_x
     return CompiledModel(loop, code, first, SHARED, wanted, n_x, scene.horizon)
+
+
+def _slips_jump(scene: Scene) -> bool:
+    """Whether an input that is not continuous moves the surface of a contact."""
+    jumping = {s for s, signal in scene.inputs.items() if signal.hold or signal.samples[[0, -1]].any()}
+    return any(jumping & c.slip.free_symbols for c in scene.contacts)
 
 
 def decays(scene: Scene) -> bool:

@@ -27,6 +27,7 @@ class Contacts(ArraySet):
     depends: Integers  # whether the slip may depend on those of others that are not parallel, (n_c,)
     loads: Integers  # index of the guard of a contact's load, or -1, (n_c,)
     edge: Integers  # 1, 2, ... for the switches at which a profile jumps, 0 for the others, (n_s,)
+    step: Integers  # 1 for the switches that are steps in time, (n_s,)
     shown: Integers  # index in m of what a trajectory keeps of contacts that do not slip along a line
     other_guards: IntegerMatrix  # contact of each of their guards, and its first variable in m or -1
 

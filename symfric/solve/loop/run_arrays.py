@@ -27,6 +27,7 @@ class Counts(Scalars, kind=int):
     mark_events: int  # events when `Clock.mark_t` was set
     mark_steps: int  # steps when `Clock.mark_steps_t` is set next
     flagged: int  # event at the end of the step: 0 for none, HIT or LOADED
+    jumped: int  # whether slips may have jumped: at a step in time, or at a sample of an input
     doubts: int  # events after which derivatives do not exist
 
 

@@ -17,6 +17,7 @@ def begin_counting(w: RunArrays) -> None:
     c = w.counts
     c.steps, c.events, c.kinks, c.grazes, c.kept_steps, c.kept_events = 0, 0, 0, 0, 0, 0
     c.segment, c.phase, c.stall, c.mark_events, c.mark_steps, c.flagged, c.doubts = 0, SETTLE, 0, 0, 0, 0, 0
+    c.jumped = 0
     w.clock.t_low, w.clock.h_last, w.clock.rest = 0.0, 0.0, np.nan
     w.clock.mark_t, w.clock.mark_steps_t = 0.0, -np.inf
 

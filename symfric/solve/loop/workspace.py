@@ -53,6 +53,8 @@ class LoopLimits(Limits, kind=int):
     varied: int  # number of directions of differentiation
     followed: int  # number of first rows with derivatives, which are the last rows
     edges: int  # number of switches at which a profile jumps
+    steps: int  # number of steps in time
+    holds: int  # whether an input at which slips jump is not continuous
     coupled: int  # n_q if the forces of one contact accelerate the slip of another, else 0
     first_load: int  # index of the first guard of loads; the guards of other contacts follow the loads
     first_other: int
@@ -171,6 +173,7 @@ def make_arrays(
             depends=_numbers(automaton.dependent),
             loads=_numbers([layout.load(name) for name in layout.lines]),
             edge=_numbers([ranks.get(j, 0) for j in range(n_switches)]),
+            step=_numbers([j in automaton.steps for j in range(n_switches)]),
             shown=_numbers(layout.shown),
             other_guards=_numbers(layout.other_guards).reshape(-1, 2),
         ),

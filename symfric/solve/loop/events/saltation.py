@@ -15,7 +15,16 @@ from symfric.model.outputs import INTEGRAL, RANGE
 from symfric.solve.loop.arithmetic import value
 from symfric.solve.loop.codes import JUMP
 from symfric.solve.loop.events.polynomials import roots
-from symfric.solve.loop.modes.layout import backward, contact_of, direction, is_along_line, sign, way
+from symfric.solve.loop.modes.layout import (
+    backward,
+    contact_of,
+    direction,
+    is_along_line,
+    is_switch,
+    sign,
+    switch,
+    way,
+)
 from symfric.solve.loop.modes.tolerances import natural_time
 from symfric.solve.loop.precision import TIE
 from symfric.solve.loop.workspace import LoopArrays
@@ -82,12 +91,15 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
         slipped, slips = w.saltation.before[first + i] < 0.5, w.m[i] < 0.5
         changes = slipped != slips or (slips and w.saltation.before[first + direction(i, n_c)] != way(w, i))
         changed = changed or changes
-        if (
-            changes and slipped and w.saltation.after[slopes + n_g + backward(i)] > APART
-        ):  # its slip ended together with another
+        ended = changes and slipped and (w.selection.zero[i] or not w.counts.jumped)
+        if ended and w.saltation.after[slopes + n_g + backward(i)] > APART:  # its slip ended together with another
             w.counts.doubts += 1
     for g in range(n_g):
-        if w.saltation.before[first + 2 * n_m + g] == 0.0 or backward(n_c) <= g < w.limits.first_other:
+        if w.saltation.before[first + 2 * n_m + g] == 0.0:
+            continue
+        if backward(n_c) <= g < w.limits.first_other:
+            apart = is_switch(w, g) and w.contacts.step[g - switch(0, n_c)] != 0
+            w.counts.doubts += apart and w.saltation.after[slopes + n_g + g] > APART
             continue
         # an exchange of constraints does not change the motion
         if is_along_line(w, g) and w.m[contact_of(g)] == AT_BOUND:

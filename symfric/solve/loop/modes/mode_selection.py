@@ -16,6 +16,7 @@ import numpy as np
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
 from symfric.solve.loop.codes import DROP, LOAD, LOST_CONTACT, NOT_FINITE, OK, UNDECIDED
+from symfric.solve.loop.events.time_steps import just_after, soon, step_over
 from symfric.solve.loop.modes.contradiction import at_bound, stick_scale, tied, worst_contact
 from symfric.solve.loop.modes.exceeded_facets import release_worst
 from symfric.solve.loop.modes.holding import hold_more
@@ -37,6 +38,8 @@ def settle(w: LoopArrays) -> int:
     ``w.guards.fresh`` marks the guards that start the new mode at zero.
     """
     n_x, n_c = w.y.size - 1, w.contacts.sticks.size
+    if w.limits.steps and w.counts.jumped:
+        step_over(w, n_x, n_c)
     if not w.limits.coupled:
         return _select(w, n_x, n_c)
     for i in range(n_c):
@@ -142,7 +145,7 @@ def _change_switch(w: LoopArrays, n_x: int, n_c: int, n_s: int, edges: bool) -> 
     time = natural_time(w)
     for j in range(n_s):
         g, row = switch(j, n_c), n_x + switch(j, n_c)
-        value = w.probe[row, 0]
+        value = just_after(w, row) if w.contacts.step[j] else w.probe[row, 0]
         if w.selection.turns[n_c + j] >= 2:
             continue
         if w.guards.hit[g] or abs(value) <= abs(w.m[sign(j, n_c)]) * ROUNDING * w.scale[row]:
@@ -184,7 +187,10 @@ def _mark_fresh(w: LoopArrays, n_x: int, n_c: int, n_s: int) -> None:
             w.guards.slack[backward(i)], w.guards.slack[forward(i)] = 0.0, 0.0
     for j in range(n_s):
         g, little = switch(j, n_c), abs(w.m[sign(j, n_c)]) * ROUNDING
-        w.guards.fresh[g] = w.guards.hit[g] != 0 or abs(w.probe[n_x + g, 0]) <= little * w.scale[n_x + g]
+        zero = little * w.scale[n_x + g]
+        if w.contacts.step[j]:
+            zero = max(zero, 2.0 * soon(w) * abs(w.probe[n_x + g, 1]))
+        w.guards.fresh[g] = w.guards.hit[g] != 0 or abs(w.probe[n_x + g, 0]) <= zero
 
 
 @compiled(inline=True)

@@ -5,7 +5,7 @@ from symfric.lower.constraint_forces import FOLLOWS, HOLDS
 from symfric.solve.loop.codes import COUPLING, SLIP, TERMS
 from symfric.solve.loop.modes.layout import backward, direction, mode
 from symfric.solve.loop.modes.sticking_basis import share
-from symfric.solve.loop.precision import ROUNDING
+from symfric.solve.loop.precision import ROUNDING, TOUCH
 from symfric.solve.loop.stepping.calls import measure
 from symfric.solve.loop.workspace import LoopArrays
 
@@ -23,6 +23,9 @@ def try_sticking(w: LoopArrays, n_x: int, n_c: int) -> None:
     for i in range(n_c):
         w.selection.old[i] = mode(w, i)
         w.selection.zero[i] = w.selection.old[i] == 0 or w.guards.hit[backward(i)] != 0
+        if w.counts.jumped and w.selection.zero[i]:  # it was, and may have jumped
+            size = max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
+            w.selection.zero[i] = abs(w.gauge[SLIP, i]) <= TOUCH * w.clock.tolerance * size
     _find_zeros(w, n_c)
     passing = False
     if w.limits.coupled:
