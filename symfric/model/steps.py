@@ -41,7 +41,7 @@ def with_steps(expr: sp.Expr, what: str) -> sp.Expr:
     >>> with_steps(3 * sp.Heaviside(TIME - 2), "force[0]")
     3*Piecewise((0, t < 2), (1, True))
     >>> with_steps(sp.Piecewise((1, sp.Mod(TIME, 2) < 1), (0, True)), "force[0]")
-    Piecewise((1, sin(pi*t/2)*sin(pi*(1 - t)/2) > 0), (0, True))
+    Piecewise((1, sin(pi*t/2)*sin(pi*(1/2 - t/2)) > 0), (0, True))
     """
     if TIME not in expr.free_symbols:
         return expr
