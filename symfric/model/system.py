@@ -320,7 +320,10 @@ class Contact:
             raise SceneError(f"normal of contact {self.name!r} is {self.normal}; a normal load is not negative")
         if self.stiffness is not None:
             object.__setattr__(self, "stiffness", read_stiffness(self.stiffness, self.law, self.name))
-        if not self.along_line and any(jumps_in_time(e) for e in (self.normal, *self.law.expressions)):
+        limits = self.law.memory.limits if self.law.memory else ()
+        if self.stiffness is not None:
+            limits = (self.normal, self.law.stick)
+        if any(map(jumps_in_time, limits)):
             raise SceneError(
                 f"the load or the law of contact {self.name!r} steps in time, and the contact is behind a spring, "
                 "whose force would jump with it; let it change over a short time"
