@@ -18,6 +18,7 @@ from symfric.model.excitation import excitation_of
 from symfric.model.outputs import RANGE, End, Row, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.springs import in_order
+from symfric.model.symbols import TIME
 from symfric.orbits.passages import Passage, runs_of
 from symfric.orbits.stiff_runs import StiffRuns
 from symfric.solve.integrators.stiffness import pays
@@ -139,7 +140,7 @@ class FlowMap:
     @alone(SYMBOLIC)
     def peaked(self, contact: int, values: dict[str, float]) -> bool:
         """Whether the static coefficient of a contact exceeds its kinetic one at rest."""
-        law, numbers = self.lines[contact].law, {s: values[s.name] for s in self.scene.values}
+        law, numbers = self.lines[contact].law, {TIME: 0.0, **{s: values[s.name] for s in self.scene.values}}
         stick, rest = (float(sp.sympify(e).subs(numbers)) for e in (law.stick, law.at_rest))
         return stick - rest > _PEAK * abs(stick)
 
