@@ -22,7 +22,8 @@ from .identification.fit import Fit as Fit
 from .identification.identify import identify as identify
 from .identification.loops import fit_loop as fit_loop
 from .identification.profile import Profile as Profile
-from .model import laws as laws, mechanics as mechanics, scenes as scenes
+from .model import control as control, laws as laws, mechanics as mechanics, scenes as scenes
+from .model.held import Held as Held, Reset as Reset
 from .model.laws import Law as Law
 from .model.outputs import (
     At as At,

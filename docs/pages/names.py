@@ -12,6 +12,7 @@ from docs.public_names import public_names
 
 GROUPS = {  # the part of a name or of its module: title, and a sentence on it
     "laws": ("Friction laws", "Each returns a `sf.Law`; parameters may be numbers or symbols."),
+    "control": ("Digital controllers", "Held variables of PID, state feedback, discrete systems; see `sf.Held`."),
     "mechanics": ("Lagrange's equations", "A `sf.System` from energies."),
     "scenes": ("Ready scenes", "Each returns a `sf.Scene` whose symbols carry the names of the arguments."),
     "model": ("State a problem", "Systems, contacts, scenes and what is computed of a run."),
@@ -35,7 +36,7 @@ GROUPS = {  # the part of a name or of its module: title, and a sentence on it
     "motions": ("Ground motions", "Records, synthetic earthquakes, spectra."),
     "errors": ("Errors", "What wrong input and failed searches raise."),
 }
-SPACES = "laws", "mechanics", "scenes", "design", "structures", "export", "motions", "identify"  # public so
+SPACES = "laws", "control", "mechanics", "scenes", "design", "structures", "export", "motions", "identify"  # public so
 
 
 def group_of(name: str, thing) -> str:

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import casadi as ca
 import sympy as sp
 
+from symfric.lower.clocks import Clocks
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.lower.linear_part import applied_in
@@ -219,7 +220,9 @@ def _gauge(model: ContactDynamics) -> ca.Function:
     slopes = ca.vec(ca.densify(J)) if coupled else ca.SX(0, 1)
     out = (w, terms, pull, model.load, margin, forces, ca.vec(coupling), ca.vec(spread.T), slopes, edges.sizes)
     names = ["w", "scale", "pull", "load", "margin", "forces", "coupling", "spread", "slopes", "edges"]
-    moving = [e for spring in model.springs for e in ca.vertsplit(spring.variables)]  # then their forces are largest
+    moving = [
+        e for s in model.springs if not isinstance(s, Clocks) for e in ca.vertsplit(s.variables)
+    ]  # then their forces are largest
     shown = ca.substitute([ca.densify(e) for e in out], moving, [ca.SX(1)] * len(moving)) if moving else out
     shown = model.unswitched([ca.densify(e) for e in shown])
     return ca.Function("gauge", [model.y, model.t, model.p], shown, ["y", "t", "p"], names)

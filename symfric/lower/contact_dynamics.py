@@ -20,6 +20,7 @@ import sympy as sp
 
 from symfric.lower.averaged_series import bridged
 from symfric.lower.cell_edges import Edges, edges_of
+from symfric.lower.clocks import Clocks
 from symfric.lower.constraint_forces import AT_BOUND, HOLDS, constraint_basis
 from symfric.lower.contact_space import ContactSpace, contact_space
 from symfric.lower.held_velocities import held_velocities
@@ -123,7 +124,9 @@ class ContactDynamics:
             else:
                 frictions.append(-self.d[i] * loads[i] * self.kinetic(i, self.d[i] * slips[i]))
         self.slip, self.load, self._sliding = (_column(e) for e in (slips, loads, frictions))
-        self.springs = [self._sliders(c) if c.law.memory else self._spring(c) for c in behind]
+        self.springs: list[Spring | SliderSet | Clocks] = [
+            self._sliders(c) if c.law.memory else self._spring(c) for c in behind
+        ]
 
     def _spring(self, contact: Contact) -> Spring:
         """Return the equations of a contact behind a spring; expressions read later may contain its force."""
@@ -161,6 +164,8 @@ class ContactDynamics:
         """Return the equations of a scene."""
         found = cls(scene.system, scene.contacts, scene.parameters, tuple(scene.inputs), constants)
         found.horizon = scene.horizon
+        if scene.held or scene.resets:
+            found.springs.append(Clocks.of(scene, found._print.symbols, found.t))
         return found
 
     def copy(self) -> "ContactDynamics":

@@ -2,6 +2,7 @@
 
 import casadi as ca
 
+from symfric.lower.clocks import Clocks
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.scene import Scene
 
@@ -26,7 +27,7 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
     energy = 0.5 * u.T @ mass @ u
     turning = ca.jacobian(energy, model.q) @ u
     applied = u.T @ f + turning
-    lines, springs = ca.SX.sym("modes", slip.numel()), [spring.shown for spring in model.springs]
+    lines, springs = ca.SX.sym("modes", slip.numel()), [s.shown for s in model.springs if not isinstance(s, Clocks)]
     contact = friction.T @ (model.slopes @ u) if slip.numel() else ca.SX(0)
     modes = ca.vertcat(lines, *springs)
     out = model.unswitched([applied, contact])

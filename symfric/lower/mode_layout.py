@@ -68,11 +68,14 @@ class OtherContact:
     name : str
     variables, guards : int
         Their numbers.
+    clocks : bool
+        Whether these are clocks, which come last, and whose events are none of contacts.
     """
 
     name: str
     variables: int
     guards: int
+    clocks: bool = False
 
 
 @dataclass(frozen=True)
@@ -120,6 +123,11 @@ class ModeLayout:
         return self.first_load + len(self.loads)
 
     @property
+    def first_clock(self) -> int:
+        """Index of the first guard of clocks; the number of guards without them."""
+        return self.n_guards - sum(c.guards for c in self.others if c.clocks)
+
+    @property
     def other_guards(self) -> list[tuple[int, int]]:
         """For each guard of the other contacts, the index of the contact and of its first variable in m, or -1."""
         owners, first = [], self.first_variable
@@ -161,7 +169,7 @@ class ModeLayout:
         """Indices in m of the first variable of every other contact that has one."""
         entries, first = [], self.first_variable
         for contact in self.others:
-            entries += [first] if contact.variables else []
+            entries += [first] if contact.variables and not contact.clocks else []
             first += contact.variables
         return entries
 

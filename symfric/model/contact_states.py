@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import sympy as sp
 
+from symfric.model.held import Held
 from symfric.model.laws.memory import SIDE, SLIP
 from symfric.model.springs import with_springs
 from symfric.model.symbols import SPEED
@@ -50,14 +51,15 @@ def rates(contact: Contact, side: sp.Expr | None = None) -> list[sp.Expr]:
     return [sp.Piecewise((e, sp.Or(sp.Abs(z) < limit, z * contact.slip < 0)), (0, True)) for e, z, limit in stops]
 
 
-def with_states(system: System, contacts: Sequence[Contact]) -> System:
-    """Return the system with the states of its contacts, in place of those that it had from laws with memory."""
+def with_states(system: System, contacts: Sequence[Contact], held: Sequence[Held] = ()) -> System:
+    """Return the system with the states of its contacts and its held variables, in place of those that it had."""
     system = with_springs(without_states(system), contacts)
     own = [s for c in contacts if c.law.memory for s in c.states]
-    if not own:
+    still = [s for h in held for s in h.states]
+    if not own and not still:
         return system
-    found = [e for c in contacts for e in rates(c)]
-    return replace(system, z=(*system.z, *own), z_rate=(*system.z_rate, *found), made=len(own))
+    found = [*(e for c in contacts for e in rates(c)), *([sp.S.Zero] * len(still))]
+    return replace(system, z=(*system.z, *own, *still), z_rate=(*system.z_rate, *found), made=len(own) + len(still))
 
 
 def without_states(system: System) -> System:

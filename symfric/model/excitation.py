@@ -136,6 +136,10 @@ def excitation_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Excitat
             )
         except SceneError as reason:
             return Excitation(note=str(reason))
+    for part in (*scene.held, *scene.resets):
+        if part.every is None:
+            return Excitation(note="states are reset at given times: the scene has no period")
+        found[2 * sp.pi / part.every] = None
     return Excitation(tuple(found))
 
 
@@ -173,7 +177,7 @@ def forcing_period(scene: Scene, varied: frozenset[str] = frozenset()) -> float 
 @alone(SYMBOLIC)
 def is_excited(scene: Scene, varied: frozenset[str] = frozenset()) -> bool:
     """Return whether time or a sampled input enters the equations; terms with a factor that is zero do not count."""
-    return bool(scene.inputs) or next(_of_time(scene, varied), None) is not None
+    return bool(scene.inputs or scene.held or scene.resets) or next(_of_time(scene, varied), None) is not None
 
 
 def _of_time(scene: Scene, varied: frozenset[str]) -> Iterator[tuple[sp.Expr, sp.Expr]]:
@@ -288,6 +292,8 @@ def _simple(ratio: float) -> Fraction | None:
 @alone(SYMBOLIC)
 def later(scene: Scene, time: float) -> Scene:
     """Shift the excitation in time: at t = 0 it is that of the given scene at the given time."""
+    if scene.held or scene.resets:
+        raise SceneError("the clocks of held variables and resets are not shifted in time")
     shift = {TIME: TIME + time}
     moved = replace(
         scene.system,

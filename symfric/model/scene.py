@@ -10,6 +10,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.contact_states import with_states
+from symfric.model.held import Held, Reset, check_resets, in_order
 from symfric.model.laws.law import Shape
 from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, Trajectory
 from symfric.model.quantities import is_quantity, number_of, without_units
@@ -70,12 +71,17 @@ class Scene:
         Units of states, parameters, inputs and "t" for time, such as ``{"x": "m", "k": "N/m"}``; those not given follow
         from the equations as far as they do. The numbers are used as they stand. Values, initial values and the horizon
         may be quantities of pint, which are converted to the units given, or bring their own.
+    held : sequence of Held, optional
+        Variables that change at sampling instants only; each is a state under its name. Only the route 'taylor' takes
+        them, and resets.
+    resets : sequence of Reset, optional
+        Changes of states at known times.
 
     Attributes
     ----------
-    system, contacts, values, initial, horizon, outputs, inputs, units
-        The arguments, normalised: contacts as a tuple, numbers as floats, and values, initial and inputs keyed by the
-        symbols of the expressions. Contacts with memory add their states to the system: ``<contact>.z``. `units` are
+    system, contacts, values, initial, horizon, outputs, inputs, units, held, resets
+        The arguments, normalised: contacts as a tuple, held variables in the order of their dependence, numbers as
+        floats, and values, initial and inputs keyed by the symbols of the expressions. Contacts with memory add their states to the system: ``<contact>.z``. `units` are
         the texts by name, "" for plain numbers and empty for a scene without units; ``units.of(expr)`` is that of an
         expression.
 
@@ -124,6 +130,8 @@ class Scene:
     outputs: Mapping[str, Output]
     inputs: Mapping[sp.Symbol, Signal]
     units: Units
+    held: tuple[Held, ...]
+    resets: tuple[Reset, ...]
 
     @alone(SYMBOLIC)
     def __init__(
@@ -136,6 +144,8 @@ class Scene:
         outputs: Mapping[str, Output] | None = None,
         inputs: Mapping[Key, Signal] = _NOTHING,
         units: Mapping[Key, str] = _NOTHING,
+        held: Sequence[Held] = (),
+        resets: Sequence[Reset] = (),
     ):
         """Check and normalise the arguments: keys become the symbols of the expressions, numbers become floats."""
         if not isinstance(system, System):
@@ -145,7 +155,9 @@ class Scene:
             if not isinstance(c, Contact):
                 raise SceneError(f"{c!r} in contacts is no sf.Contact")
         check_contacts(system, self.contacts)
-        self._set("system", with_states(system, self.contacts))
+        self._set("held", in_order(held))
+        self._set("system", with_states(system, self.contacts, self.held))
+        self._set("resets", check_resets(resets, {s.name for s in self.system.states}))
         texts = dict(_by_name(units, "units"))
         for given, what in ((values, "values"), (initial, "initial"), (inputs, "inputs")):
             mapped(given, what, f"{what}={{name: ...}}")
@@ -176,7 +188,7 @@ class Scene:
         for name, signal in signals.items():
             if not isinstance(signal, Signal):
                 raise SceneError(f"input {name} is {signal!r}; give a sf.Signal")
-        symbols = _symbols(self.system, self.contacts, initial, self.outputs)
+        symbols = self._symbols(self.contacts, initial, self.outputs)
         if any(s.name.startswith(_OBSERVED) for s in symbols):
             refuse_observables(self.system, self.contacts, _by_name(initial, "initial"))
         found: dict[str, sp.Symbol] = {}
@@ -215,8 +227,18 @@ class Scene:
         self, contacts: Sequence[Contact], initial: Mapping[Any, Any], outputs: Mapping[str, Output]
     ) -> dict[sp.Symbol, float | None]:
         """Return the values that the scene still uses after some of its parts were replaced."""
-        used = _symbols(self.system, contacts, initial, outputs)
+        used = self._symbols(contacts, initial, outputs)
         return {s: v for s, v in self.values.items() if s in used}
+
+    def _symbols(
+        self, contacts: Sequence[Contact], initial: Mapping[Any, Any], outputs: Mapping[Any, Any]
+    ) -> set[sp.Symbol]:
+        """Return every symbol that some expression uses, the speed inside laws and previous values apart."""
+        wanted = [o.expr for o in outputs.values() if isinstance(o, OutputOfExpression)]
+        starts = [e for e in (*initial.values(), *(h.initial for h in self.held)) if isinstance(e, sp.Expr)]
+        clocked = [e for part in (*self.held, *self.resets) for e in part.expressions]
+        parts = [e.free_symbols for e in (*self.system.expressions, *wanted, *starts, *clocked)]
+        return set().union(*parts, *(c.free_symbols for c in contacts)) - {h.previous for h in self.held}
 
     def _state_names(self) -> dict[str, sp.Symbol]:
         return {s.name: s for s in self.system.states}
@@ -227,7 +249,8 @@ class Scene:
 
     def _read_initial(self, initial: Mapping[Key, float | sp.Expr]) -> None:
         states = self._state_names()
-        given = {s.name: 0.0 for c in self.contacts for s in c.states} | _by_name(initial, "initial")
+        given = {s.name: 0.0 for c in self.contacts for s in c.states}
+        given |= {s.name: h.initial for h in self.held for s in h.states} | _by_name(initial, "initial")
         for name, value in given.items():
             if name not in states:
                 raise SceneError(f"{name} in Scene.initial is no state{nearest(name, states)}")
@@ -525,16 +548,6 @@ def check_scene(scene: object) -> None:
 
 def _by_name(entries: Mapping[Key, _Value], what: str) -> dict[str, _Value]:
     return {name_of(k): v for k, v in mapped(entries, what, f"{what}={{...}}").items()}
-
-
-def _symbols(
-    system: System, contacts: Sequence[Contact], initial: Mapping[Any, Any], outputs: Mapping[Any, Any]
-) -> set[sp.Symbol]:
-    """Return every symbol that some expression uses, the speed inside laws apart."""
-    wanted = [o.expr for o in outputs.values() if isinstance(o, OutputOfExpression)]
-    starts = [e for e in initial.values() if isinstance(e, sp.Expr)]
-    parts = [e.free_symbols for e in (*system.expressions, *wanted, *starts)]
-    return set().union(*parts, *(c.free_symbols for c in contacts))
 
 
 def _read_outputs(outputs: Mapping[str, Output] | None) -> dict[str, Output]:

@@ -218,7 +218,7 @@ def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-
     """
     dropped = frozenset(s.name for s in vanishing(scene, frozenset(parameters)))
     integrals = any(c.law.kinetic.has(sp.Integral) for c in scene.contacts)
-    key = scene.system, scene.contacts, dropped, tuple(parameters), tolerance, is_stiff(scene)
+    key = scene.system, scene.contacts, scene.held, scene.resets, dropped, tuple(parameters), tolerance, is_stiff(scene)
     if scene.inputs or integrals:
         return FlowMap(scene, parameters, tolerance)
     if key not in _FLOWS:

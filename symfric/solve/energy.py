@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 import sympy as sp
 
+from symfric.errors import SceneError
 from symfric.lower.energy import energy_functions
 from symfric.model.numeric import gauss_legendre
 from symfric.model.outputs import Trajectory
@@ -40,7 +41,14 @@ def energy_residual(run: "Run") -> float:
     -------
     float
         Dimensionless; about the tolerance for a correct run.
+
+    Raises
+    ------
+    SceneError
+        If the scene has resets.
     """
+    if run.scene.resets:
+        raise SceneError("the energy that resets bring is not counted; the balance is for scenes without them")
     if run.raw.path is None:
         run = run.settings.build(LoweredScene(run.scene.wanting({"path": Trajectory()})), run.tolerance).run()
     return imbalance(run, *energy_functions(run.scene), run.scene.numbers())

@@ -58,7 +58,7 @@ def facts_of(lowered: LoweredScene) -> Facts:
     scene, automaton = lowered.scene, lowered.automaton
     outputs = list(scene.outputs.values())
     return Facts(
-        contacts=sum(automaton.sticks) + len(automaton.layout.others),
+        contacts=sum(automaton.sticks) + sum(not c.clocks for c in automaton.layout.others),
         kinks=automaton.layout.switches,
         states=len(automaton.states),
         smooth=not (any(automaton.sticks) or automaton.layout.others),

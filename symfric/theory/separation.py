@@ -97,6 +97,8 @@ class HarmonicForce:
 def _harmonic_force(scene: Scene) -> HarmonicForce:
     """Split the forces into the steady part and the harmonic one."""
     system = scene.system
+    if scene.held or scene.resets:
+        raise SceneError("separate takes a scene without held variables and resets")
     values = {**scene.values, TIME: sp.Integer(0)}
     scene.numbers()
     for i, e in enumerate(system.z_rate):

@@ -49,7 +49,9 @@ def declines(automaton: Automaton, plugin: str | None, scene: Scene, derivatives
 
 
 def _jumping(automaton: Automaton, plugin: str | None, scene: Scene) -> str:
-    """Return why the route declines steps in time and held inputs; empty if there are none that it cannot take."""
+    """Return why the route declines what only the event loop takes; empty if there is nothing."""
+    if scene.held or scene.resets:
+        return "held variables and resets are for the route 'taylor'"
     if automaton.steps and plugin not in ONE_STEP and any(map(jumps_in_time, scene.system.expressions)):
         return f"a force steps in time, over which {plugin} steps without an event"
     held = {s for s, signal in scene.inputs.items() if signal.hold}

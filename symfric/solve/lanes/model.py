@@ -50,7 +50,12 @@ def plan_of(model: CompiledModel, automaton: Automaton, variants: Sequence[Serie
     rows, layout, clock, exact = model.wanted.rows, automaton.layout, model.first.clock, model.first.limits.exact
     if not all(isinstance(v.series, ca.Function) and v.series.n_instructions() <= _LONGEST for v in variants):
         return None
-    if automaton.steps or layout.n_guards > _GUARDS or any(r.kind not in CARRIED for r in rows):
+    if (
+        automaton.steps
+        or layout.first_clock < layout.n_guards
+        or layout.n_guards > _GUARDS
+        or any(r.kind not in CARRIED for r in rows)
+    ):
         return None
     alone = len(layout.lines) == 1 and layout.n_guards == LINE_GUARDS and not automaton.inputs
     settles = alone and len(variants) == 2 and automaton.anchors[0][0] >= 0 and not model.first.limits.varied

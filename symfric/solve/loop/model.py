@@ -75,7 +75,7 @@ def series_model(
     limits.edges, limits.coupled = len(automaton.at_edges), automaton.n_q * automaton.coupled
     limits.steps, limits.holds = len(automaton.steps), _slips_jump(scene)
     limits.first_load, limits.first_other = automaton.layout.first_load, automaton.layout.first_other
-    limits.first_variable = automaton.layout.first_variable
+    limits.first_variable, limits.first_clock = automaton.layout.first_variable, automaton.layout.first_clock
     if variations:
         limits.varied, limits.followed = variations.columns, variations.followed
     loop = load_loop("symfric.solve.loop.entry", "the event loop")

@@ -51,7 +51,8 @@ class Taylor(Route):
             stiff = scene.order == 1 and pays(scene)
             return not stiff, f"derivatives with the motion{', but stiff' if stiff else ''}"
         automaton, stiff = scene.automaton, explicit_steps(scene) > MANY
-        contacts, kinks = sum(automaton.sticks) + len(automaton.layout.others), automaton.layout.switches
+        contacts, kinks = sum(automaton.sticks), automaton.layout.switches
+        contacts += sum(not c.clocks for c in automaton.layout.others)
         kind = "piecewise analytic" if contacts or kinks else "smooth"
         sticking = f"{counted(contacts, 'contact')} that can stick, {counted(kinks, 'kink')}"
         return not stiff, f"{kind} right-hand side, {sticking}{', but stiff' if stiff else ''}"

@@ -13,16 +13,20 @@ from symfric.solve.loop.workspace import LoopArrays
 
 @compiled
 def transit(w: LoopArrays, n_c: int) -> int:
-    """Change state and mode at events of such contacts; log the changes and return their number.
+    """Change state and mode at events of such contacts and of clocks; log those of contacts, return their number.
 
     Changes at the start of a run only complete the first mode; they are no events.
     """
     first, n_m, n_p = w.limits.first_other, w.m.size, w.p.size
-    found, starting = 0, w.clock.h_last == 0.0 and w.counts.steps == 0
-    for g in range(first, w.guards.hit.size):
+    found, starting, struck = 0, w.clock.h_last == 0.0 and w.counts.steps == 0, False
+    for g in range(first, w.limits.first_clock):
         found += w.guards.hit[g]
-    if found == 0:
+    for g in range(w.limits.first_clock, w.guards.hit.size):
+        struck = struck or w.guards.hit[g] != 0
+    if found == 0 and not struck:
         return 0
+    if struck:
+        w.counts.jumped = 1
     for k in range(n_p):
         w.transition.asked[k] = w.p[k]
     for k in range(n_m):
@@ -39,7 +43,7 @@ def transit(w: LoopArrays, n_c: int) -> int:
         w.m[k] = w.transition.answer[n_y + k]
     for g in range(first, w.guards.hit.size):
         w.guards.fresh[g], w.guards.slack[g] = w.transition.answer[n_y + n_m + g - first] > 0.5, 0.0
-        if w.guards.hit[g] and w.limits.keep_events and not starting:
+        if w.guards.hit[g] and w.limits.keep_events and not starting and g < w.limits.first_clock:
             contact, variable = w.contacts.other_guards[g - first, 0], w.contacts.other_guards[g - first, 1]
             before = np.int64(w.transition.asked[n_p + variable]) if variable >= 0 else 0
             store_event(w, n_c + contact, before, np.int64(w.m[variable]) if variable >= 0 else 0)

@@ -1,0 +1,250 @@
+"""Digital controllers as held variables: PID with limits, state feedback, friction compensation, discrete systems."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import sympy as sp
+
+from symfric.errors import SceneError
+from symfric.model.held import Held
+from symfric.model.offering import offer
+from symfric.model.symbols import expression, listed
+
+__all__ = ["discrete", "friction_compensation", "pid", "state_feedback"]
+_Number = float | sp.Expr
+
+
+def pid(
+    x: sp.Expr,
+    ref: _Number,
+    kp: _Number,
+    ki: _Number = 0.0,
+    kd: _Number = 0.0,
+    *,
+    every: _Number,
+    name: str = "pid",
+    offset: _Number = 0.0,
+    delay: _Number = 0.0,
+    rate: sp.Expr | None = None,
+    limits: tuple[_Number, _Number] | None = None,
+    start: _Number = 0.0,
+    step: _Number | None = None,
+) -> list[Held]:
+    """Return the held variables of a sampled PID controller; the last one is its command.
+
+    Parameters
+    ----------
+    x : Expr
+        What is measured.
+    ref : float or Expr
+        Where it should be; may depend on time.
+    kp, ki, kd : float or Expr
+        Gains of the error, of its integral and of the rate of x.
+    every, offset, delay : float or Expr
+        As of `sf.Held`.
+    name : str
+        Of the command; the integral and the last measurement are ``<name>.integral`` and ``<name>.measured``.
+    rate : Expr, optional
+        A measured rate of x; the difference of two samples over the period unless given.
+    limits : (float or Expr, float or Expr), optional
+        Of the command. The integral is held back so that the command leaves a limit as soon as the error turns.
+    start : float or Expr
+        Measured before the first sample, for its difference.
+    step : float or Expr, optional
+        Of the converter of the command, see `sf.Held`.
+
+    Returns
+    -------
+    list of Held
+        For ``sf.Scene(..., held=...)``.
+
+    Notes
+    -----
+    At the sample n, with e = ref - x, ``I_n = I_(n-1) + ki every e_n`` and ``kp e_n + I_n - kd x'_n`` is the command:
+    the backward rule for the integral, and no kick of the derivative by steps of the reference.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x, u = sp.symbols("x u", real=True)
+    >>> held = sf.control.pid(x, ref=1, kp=4, ki=2, kd=3, every=0.01, limits=(-1, 1))
+    >>> [h.name for h in held]
+    ['pid.integral', 'pid.measured', 'pid']
+    >>> table = sf.Contact("table", slip=u, normal=1, law=sf.laws.coulomb(0.1, 0.08))
+    >>> system = sf.System([x], [u], [[1]], [held[-1].symbol])
+    >>> scene = sf.Scene(system, [table], {}, {x: 0, u: 0}, horizon=10.0, held=held)
+    >>> round(float(sf.simulate(scene).final[0]), 2)
+    1.0
+    """
+    error = expression(ref, "ref") - expression(x, "x")
+    found = []
+    if rate is None and not expression(kd, "kd").is_zero:
+        measured = Held(f"{name}.measured", x, every, offset, initial=start)
+        rate = (x - measured.previous) / expression(every, "every")
+        found = [measured]
+    direct = kp * error - (0 if rate is None else kd * rate)
+    total = direct
+    if not expression(ki, "ki").is_zero:
+        memory = sp.Symbol(f"{name}.integral.previous", real=True)
+        grown = memory + ki * expression(every, "every") * error
+        total = direct + grown
+        inside = grown if limits is None else _within(total, limits) - direct
+        found = [Held(f"{name}.integral", inside, every, offset), *found]
+    command = total if limits is None else _within(total, limits)
+    return [*found, Held(name, command, every, offset, delay, step=step)]
+
+
+def _within(e: sp.Expr, limits: tuple[_Number, _Number]) -> sp.Expr:
+    """Return an expression cut off at limits."""
+    low, high = (expression(limit, "a limit") for limit in limits)
+    if (high - low).is_number and high <= low:
+        raise SceneError(f"the limits are {low} and {high}; the first must be the lower one")
+    return sp.Max(low, sp.Min(high, e))
+
+
+def state_feedback(
+    states: Sequence[sp.Expr],
+    gains: Sequence[_Number],
+    *,
+    every: _Number,
+    name: str = "feedback",
+    offset: _Number = 0.0,
+    delay: _Number = 0.0,
+) -> list[Held]:
+    """Return the held variable of a sampled state feedback, minus the sum of the gains times the states.
+
+    Parameters
+    ----------
+    states : sequence of Expr, length n
+    gains : sequence of float or Expr, length n
+    every, offset, delay : float or Expr
+        As of `sf.Held`.
+    name : str
+
+    Returns
+    -------
+    list of Held
+        One.
+
+    Raises
+    ------
+    SceneError
+        If there are not as many gains as states.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x, u = sp.symbols("x u", real=True)
+    >>> sf.control.state_feedback([x, u], [4, 3], every=0.01)[0].update
+    -3*u - 4*x
+    """
+    states, gains = listed(states, "states"), np.ravel(np.array(gains, dtype=object)).tolist()
+    if len(states) != len(gains):
+        raise SceneError(f"{len(states)} states and {len(gains)} gains; give one gain for each")
+    force = -sum((expression(g, "a gain") * s for g, s in zip(gains, states, strict=True)), sp.S.Zero)
+    return [Held(name, force, every, offset, delay)]
+
+
+def friction_compensation(
+    speed: sp.Expr,
+    force: _Number,
+    *,
+    every: _Number,
+    dead_band: _Number = 0.0,
+    name: str = "compensation",
+    offset: _Number = 0.0,
+    delay: _Number = 0.0,
+) -> list[Held]:
+    """Return the held variable of a friction compensation: a force in the direction of a measured speed.
+
+    Parameters
+    ----------
+    speed : Expr
+        Measured, or estimated by another held variable.
+    force : float or Expr
+        To be added, in the direction of the speed.
+    every, offset, delay : float or Expr
+        As of `sf.Held`.
+    dead_band : float or Expr
+        Speed up to which the force is zero.
+    name : str
+
+    Returns
+    -------
+    list of Held
+        One.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> u = sp.Symbol("u", real=True)
+    >>> sf.control.friction_compensation(u, 0.3, dead_band=0.01, every=0.01)[0].update
+    Piecewise((0.3, u > 0.01), (-0.3, u < -0.01), (0, True))
+    """
+    speed, band = expression(speed, "speed"), expression(dead_band, "dead_band")
+    update = sp.Piecewise((force, speed > band), (-expression(force, "force"), speed < -band), (0, True))
+    return [Held(name, update, every, offset, delay)]
+
+
+def discrete(
+    system: Any, inputs: Sequence[sp.Expr], *, name: str = "controller", offset: _Number = 0.0, delay: _Number = 0.0
+) -> list[Held]:
+    """Return the held variables of a discrete linear system of python-control; the last ones are its outputs.
+
+    Parameters
+    ----------
+    system : control.StateSpace or control.TransferFunction
+        With a sampling time ``dt``.
+    inputs : sequence of Expr, length m
+        What is sampled.
+    name : str
+        Of the output; of several, ``<name>1``, .... The states are ``<name>.x1``, ....
+    offset, delay : float or Expr
+        As of `sf.Held`; the delay is that of the outputs.
+
+    Returns
+    -------
+    list of Held
+
+    Raises
+    ------
+    SceneError
+        If the system has no sampling time, or another number of inputs.
+
+    Examples
+    --------
+    >>> import control
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x = sp.Symbol("x", real=True)
+    >>> smooth = control.tf([0.1, 0], [1, -0.9], dt=0.01)
+    >>> [h.name for h in sf.control.discrete(smooth, [x], name="filtered")]
+    ['filtered.x1', 'filtered']
+    """
+    import control
+
+    space = control.ss(system)
+    if not isinstance(space.dt, float | int) or isinstance(space.dt, bool) or not space.dt > 0:
+        raise SceneError(f"the system has the sampling time {space.dt}; give one with dt, as control.c2d(system, T)")
+    inputs = listed(inputs, "inputs")
+    if len(inputs) != space.ninputs:
+        raise SceneError(f"the system has {space.ninputs} inputs, and {len(inputs)} are given")
+    states = [sp.Symbol(f"{name}.x{k + 1}.previous", real=True) for k in range(space.nstates)]
+    both = [*states, *(expression(e, "an input") for e in inputs)]
+    rows = np.hstack([space.A, space.B]), np.hstack([space.C, space.D])
+    updates, outputs = ([_combined(row, both) for row in matrix] for matrix in rows)
+    names = [name] if len(outputs) == 1 else [f"{name}{k + 1}" for k in range(len(outputs))]
+    every = float(space.dt)
+    held = [Held(f"{name}.x{k + 1}", e, every, offset) for k, e in enumerate(updates)]
+    return [*held, *(Held(n, e, every, offset, delay) for n, e in zip(names, outputs, strict=True))]
+
+
+def _combined(row: np.ndarray, terms: Sequence[sp.Expr]) -> sp.Expr:
+    return sp.Add(*(sp.Float(w) * e for w, e in zip(row, terms, strict=True) if w))
+
+
+offer(__name__)

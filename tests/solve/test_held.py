@@ -1,0 +1,221 @@
+"""Held variables and resets against chains of runs between their instants."""
+
+import functools
+
+import control
+import numpy as np
+import pytest
+import sympy as sp
+
+import symfric as sf
+
+x, u = sp.symbols("x u", real=True)
+c = sp.Symbol("c", real=True)
+K, D, T, tau, tk, dv = sp.symbols("K D T tau tk dv", positive=True)
+FORCE = -x / 10 - u / 50
+START = {"x": 0.1, "u": 0.0}
+
+
+def plant(command, horizon=10.0, start=START, values=None, **more):
+    system = sf.System([x], [u], [[1]], [FORCE + command])
+    rail = sf.Contact("rail", slip=u - 0.05, normal=1, law=sf.laws.stribeck(0.4, 0.3, 0.1))
+    return sf.Scene(system, [rail], values or {}, start, horizon, {"end": sf.End()}, **more)
+
+
+@functools.cache
+def program(length):
+    return sf.prepare(plant(c, length, START, {c: 0.5}), 1e-12, "taylor")
+
+
+def chained(instants, horizon, initial=0.0):
+    """Return the end of runs between instants ``(time, change of (state, command))``."""
+    state, now, command = dict(START), 0.0, initial
+    for time, change in [*sorted(instants, key=lambda e: round(e[0], 9)), (horizon, None)]:
+        if time - now > 1e-12:
+            run = program(round(time - now, 12)).run({"c": command}, state).checked()
+            state, now = dict(zip(("x", "u"), run.final.tolist(), strict=True)), time
+        if change is not None:
+            command = change(state, command)
+    return np.array([*state.values(), command])
+
+
+def sampled(period, offset, delay, step, horizon):
+    """Return the instants of the controller below."""
+    memory, waiting, found = [0.0], {}, []
+
+    def sample(k):
+        def change(state, command):
+            value = 1.5 * (1 - state["x"]) - 0.8 * state["u"] + 0.3 * memory[-1]
+            value = value if step is None else step * np.floor(value / step + 0.5)
+            memory.append(value)
+            waiting[k] = value
+            return value if delay == 0 else command
+
+        return change
+
+    for k in range(int((horizon - offset) / period) + 1):
+        if delay:
+            found.append((offset + delay + k * period, lambda state, command, k=k: waiting[k]))
+        found.append((offset + k * period, sample(k)))
+    return [(t, e) for t, e in found if t < horizon]
+
+
+@pytest.mark.parametrize(
+    ("period", "offset", "delay", "step"),
+    [
+        (0.7, 0.0, 0.0, None),
+        (0.7, 0.2, 0.3, None),
+        (0.7, 0.0, 0.7, None),
+        (0.7, 0.1, 1.75, None),
+        (0.5, 0.0, 0.2, 0.05),
+    ],
+)
+def test_a_sampled_controller_is_a_chain_of_runs(period, offset, delay, step):
+    previous = sp.Symbol("cmd.previous", real=True)
+    cmd = sf.Held("cmd", 1.5 * (1 - x) - 0.8 * u + 0.3 * previous, period, offset, delay, step=step)
+    horizon = 6.03
+    found = sf.simulate(plant(cmd.symbol, horizon, held=[cmd]), 1e-12).checked()
+    instants = sampled(period, offset, delay, step, horizon)
+    instants = [e for _, e in sorted(enumerate(instants), key=lambda p: (round(p[1][0], 9), p[0]))]
+    assert np.max(np.abs(found.final[:3] - chained(instants, horizon))) < 1e-10
+
+
+def test_kicks_move_a_body_that_sticks():
+    def kick(state, command):
+        state["u"] += 0.5
+        return command
+
+    resets = [sf.Reset(at=[2.0, 3.5], set={u: [u + 0.5, 0.5 + u]})]
+    found = sf.simulate(plant(sp.Float(0.1), resets=resets), 1e-12).checked()
+    assert np.max(np.abs(found.final - chained([(2.0, kick), (3.5, kick)], 10.0, 0.1)[:2])) < 1e-10
+
+
+def test_rates_that_coincide():
+    fast = sf.Held("fast", update=-x, every=0.1)
+    slow = sf.Held("slow", update=-u - fast.symbol / 2, every=0.3)
+    found = sf.simulate(plant(fast.symbol + slow.symbol, 3.05, held=[slow, fast]), 1e-12).checked()
+    values = [0.0, 0.0]
+
+    def change(k):
+        def take(state, command):
+            values[0] = -state["x"]
+            values[1] = -state["u"] - values[0] / 2 if k % 3 == 0 else values[1]
+            return sum(values)
+
+        return take
+
+    assert np.max(np.abs(found.final[:2] - chained([(k * 0.1, change(k)) for k in range(31)], 3.05)[:2])) < 1e-11
+
+
+def controlled(**more):
+    cmd = sf.Held("cmd", update=K * (1 - x) - D * u, every=T, delay=tau)
+    values = {K: 1.5, D: 0.8, T: 0.3, tau: 0.1, tk: 2.0, dv: 0.5}
+    kick = sf.Reset(at=[tk], set={u: u + dv})
+    return plant(cmd.symbol, 9.95, values=values, held=[cmd], resets=[kick], **more)
+
+
+def test_derivatives_by_gains_periods_and_delays():
+    scene = controlled()
+    names = ("K", "D", "T", "tau", "tk", "dv")
+    run = sf.simulate(scene, 1e-12, sensitivities=names)
+    program, h = sf.prepare(scene, 1e-13), 1e-5
+    values = {s.name: v for s, v in scene.values.items()}
+    for n in names:
+        far, near = (
+            (program.run({n: values[n] + s}).final - program.run({n: values[n] - s}).final) / (2 * s)
+            for s in (2 * h, h)
+        )
+        assert np.max(np.abs(run.sensitivities[n] - (4 * near - far) / 3)) < 1e-6
+
+
+def test_map_equals_runs():
+    program = sf.prepare(controlled())
+    periods = np.linspace(0.2, 0.4, 20)
+    batch = program.map({"T": periods})
+    assert np.array_equal(batch.final.T, [program.run({"T": t}).final for t in periods])
+
+
+def test_a_delay_that_grows_beyond_the_period_is_no_result():
+    assert sf.prepare(controlled()).run({"tau": 0.4}).status == sf.Status.NOT_FINITE
+
+
+@pytest.mark.parametrize(("offset", "delay"), [(0.08, 0.05), (0.02, 0.07), (0.04, 0.25)])
+def test_multipliers_of_a_sampled_system(offset, delay):
+    cmd = sf.Held("cmd", update=-2 * x - 0.6 * u, every=0.1, offset=offset, delay=delay)
+    scene = plant(cmd.symbol + sp.sin(sp.pi * sf.TIME), 100.0, held=[cmd])
+    orbit = sf.limit_cycle(scene)
+    base = dict(zip(orbit.run.names, orbit.run.x[:, 0], strict=True))
+    program = sf.prepare(scene.until(orbit.period), 1e-13)
+    end = lambda n, h: program.run({}, {**base, n: base[n] + h}).final  # noqa: E731
+    assert np.max(np.abs(end("x", 0.0) - orbit.run.x[:, 0])) < 1e-8
+    columns = [
+        (4 * (end(n, h) - end(n, -h)) / (2 * h) - (end(n, 2 * h) - end(n, -2 * h)) / (4 * h)) / 3
+        for n, h in ((n, 1e-5) for n in base)
+    ]
+    expected = np.sort(np.abs(np.linalg.eigvals(np.array(columns).T)))
+    assert np.max(np.abs(np.sort(np.abs(orbit.multipliers)) - expected)) < 1e-5
+
+
+def test_many_samples_are_cheap_and_no_events():
+    cmd = sf.Held("cmd", update=-x, every=0.1)
+    scene = plant(cmd.symbol, 2000.0, held=[cmd]).wanting({"events": sf.Events()})
+    run = sf.simulate(scene).checked()
+    assert run.stats["steps"] >= 20_000
+    assert {e.contact for e in run.events} <= {"rail"}
+    assert run.mode.shape[0] == 1 if run.raw.path is not None else True
+
+
+def test_energy_is_balanced_over_samples():
+    cmd = sf.Held("cmd", update=1 - x - u, every=0.3)
+    assert (
+        abs(sf.simulate(plant(cmd.symbol, held=[cmd]).wanting({"path": sf.Trajectory()}), 1e-11).energy_residual())
+        < 1e-8
+    )
+
+
+def test_a_pid_with_limits_reaches_its_reference():
+    held = sf.control.pid(x, 1.0, kp=4.0, ki=2.0, kd=3.0, every=0.02, rate=u, limits=(-1.2, 1.2))
+    scene = plant(held[-1].symbol, 60.0, held=held).wanting({"high": sf.Max(held[-1].symbol), "end": sf.End()})
+    run = sf.simulate(scene).checked()
+    assert run["high"] == 1.2
+    assert abs(run.final[0] - 1.0) < 0.05
+
+
+def test_a_discrete_system_of_python_control():
+    smooth = control.tf([0.1, 0], [1, -0.9], dt=0.25)
+    held = sf.control.discrete(smooth, [x], name="y")
+    run = sf.simulate(
+        plant(sp.S.Zero, 5.0, held=held).wanting(
+            {"x": sf.Samples(x, 0.25 * np.arange(20)), "y": sf.Samples(held[-1].symbol, 0.25 * np.arange(20) + 0.1)}
+        ),
+        1e-11,
+    )
+    y = 0.0
+    for sample, got in zip(run["x"], run["y"], strict=True):
+        y = 0.9 * y + 0.1 * sample
+        assert got == pytest.approx(y, abs=1e-9)
+
+
+def refused(match, error=sf.SceneError, **parts):
+    with pytest.raises(error, match=match):
+        plant(**{"command": sp.S.Zero, **parts})
+
+
+def test_what_is_refused():
+    a, b = sf.Held("a", c, 0.1), sp.Symbol("b", real=True)
+    refused("no value for c", held=[a])
+    refused("depend on each other", held=[sf.Held("a", b, 0.1), sf.Held("b", a.symbol, 0.1)])
+    refused("two held variables are called 'a'", held=[sf.Held("a", x, 0.1), sf.Held("a", u, 0.2)])
+    refused("which is no state", resets=[sf.Reset(at=[1.0], set={c: 0})])
+    refused("held has no such variable", held=[sf.Held("a", sp.Symbol("d.previous", real=True), 0.1)])
+    with pytest.raises(sf.SceneError, match="must exceed 0"):
+        sf.Held("a", x, every=0.0)
+    with pytest.raises(sf.SceneError, match="either its times"):
+        sf.Reset(set={u: 0})
+    scene = plant(sp.S.Zero, held=[sf.Held("a", x, 0.1)])
+    for route in ("exact", "integrators"):
+        with pytest.raises(sf.NoRoute, match="held variables"):
+            sf.prepare(scene, route=route)
+    for question in (sf.equilibrium, sf.stability, sf.average, sf.separate):
+        with pytest.raises(sf.SceneError):
+            question(scene)
