@@ -50,8 +50,11 @@ class Clocks:
     moving_limit = ca.SX(0, 1)
 
     @classmethod
-    def of(cls, scene: Scene, symbols: Mapping[sp.Symbol, ca.SX], t: ca.SX) -> "Clocks":
-        """Return the clocks of a scene, whose symbols have these graphs."""
+    def of(
+        cls, scene: Scene, symbols: Mapping[sp.Symbol, ca.SX], constants: Mapping[sp.Symbol, sp.Expr], t: ca.SX
+    ) -> "Clocks":
+        """Return the clocks of a scene, whose symbols have these graphs, or are numbers."""
+        symbols = {**symbols, **{s: ca.SX(float(v)) for s, v in constants.items()}}
         n = sum(2 if h.late else 1 for h in scene.held) + len(scene.resets)
         places = {s.name: i for i, s in enumerate(scene.system.states)}
         return cls(scene.held, scene.resets, symbols, places, t, scene.horizon, ca.SX.sym("strikes", n))

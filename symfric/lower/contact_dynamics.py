@@ -165,7 +165,7 @@ class ContactDynamics:
         found = cls(scene.system, scene.contacts, scene.parameters, tuple(scene.inputs), constants)
         found.horizon = scene.horizon
         if scene.held or scene.resets:
-            found.springs.append(Clocks.of(scene, found._print.symbols, found.t))
+            found.springs.append(Clocks.of(scene, found._print.symbols, found.constants, found.t))
         return found
 
     def copy(self) -> "ContactDynamics":

@@ -292,8 +292,11 @@ def _simple(ratio: float) -> Fraction | None:
 @alone(SYMBOLIC)
 def later(scene: Scene, time: float) -> Scene:
     """Shift the excitation in time: at t = 0 it is that of the given scene at the given time."""
-    if scene.held or scene.resets:
-        raise SceneError("the clocks of held variables and resets are not shifted in time")
+    numbers = {s: v for s, v in scene.values.items() if v is not None}
+    for period in (part.every for part in (*scene.held, *scene.resets)):
+        shifts = np.nan if period is None else time / float(sp.sympify(period).subs(numbers))
+        if not abs(shifts - round(shifts) if np.isfinite(shifts) else np.inf) <= _ALIKE * abs(shifts):
+            raise SceneError("the clocks of held variables and resets start again after whole periods only")
     shift = {TIME: TIME + time}
     moved = replace(
         scene.system,

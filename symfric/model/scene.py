@@ -81,7 +81,8 @@ class Scene:
     ----------
     system, contacts, values, initial, horizon, outputs, inputs, units, held, resets
         The arguments, normalised: contacts as a tuple, held variables in the order of their dependence, numbers as
-        floats, and values, initial and inputs keyed by the symbols of the expressions. Contacts with memory add their states to the system: ``<contact>.z``. `units` are
+        floats, and values, initial and inputs keyed by the symbols of the expressions. Contacts with memory add their
+        states to the system, ``<contact>.z``, and held variables theirs: ``<name>``, ``<name>.queue1``. `units` are
         the texts by name, "" for plain numbers and empty for a scene without units; ``units.of(expr)`` is that of an
         expression.
 
@@ -236,8 +237,7 @@ class Scene:
         """Return every symbol that some expression uses, the speed inside laws and previous values apart."""
         wanted = [o.expr for o in outputs.values() if isinstance(o, OutputOfExpression)]
         starts = [e for e in (*initial.values(), *(h.initial for h in self.held)) if isinstance(e, sp.Expr)]
-        clocked = [e for part in (*self.held, *self.resets) for e in part.expressions]
-        parts = [e.free_symbols for e in (*self.system.expressions, *wanted, *starts, *clocked)]
+        parts = [e.free_symbols for e in (*self.system.expressions, *self.clocked, *wanted, *starts)]
         return set().union(*parts, *(c.free_symbols for c in contacts)) - {h.previous for h in self.held}
 
     def _state_names(self) -> dict[str, sp.Symbol]:
@@ -329,6 +329,12 @@ class Scene:
                 f"no value for {missing.name}; add it to Scene.values, or scene.where({{'{missing.name}': ...}})"
             )
         return numbers
+
+    @property
+    def clocked(self) -> tuple[sp.Expr, ...]:
+        """Every expression of held variables and resets, without previous values."""
+        found = (e for part in (*self.held, *self.resets) for e in part.expressions)
+        return tuple(e.xreplace({h.previous: h.symbol for h in self.held}) for e in found)
 
     @property
     def contacts_behind_springs(self) -> tuple[Contact, ...]:

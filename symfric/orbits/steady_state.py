@@ -93,7 +93,9 @@ def measuring(scene: Scene, times: Schedule, outputs: Mapping[str, Output], stat
     system = scene.system
     numbers = scene.numbers()
     start = [numbers[s] for s in system.states] if state is None else np.asarray(state, dtype=float).tolist()
-    used = set().union(*(e.free_symbols for e in system.expressions), *(c.free_symbols for c in scene.contacts))
+    used = set().union(
+        *(e.free_symbols for e in (*system.expressions, *scene.clocked)), *(c.free_symbols for c in scene.contacts)
+    )
     used = used.union(*(o.expr.free_symbols for o in outputs.values() if isinstance(o, OutputOfExpression)))
     values = {k: v for k, v in scene.values.items() if k in used}
     initial: dict[Key, float] = dict(zip(system.states, start, strict=True))

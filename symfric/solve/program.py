@@ -46,7 +46,7 @@ class Numbers:
         moving = any(not isinstance(v, float) for v in scene.initial.values())
         starts = tuple(sp.sympify(v) for v in scene.initial.values())
         self._start_of = numeric(scene.parameters, starts) if moving else None
-        equations = set().union(*(e.free_symbols for e in (*scene.system.expressions, *scene.contacts)))
+        equations = set().union(*(e.free_symbols for e in (*scene.system.expressions, *scene.clocked, *scene.contacts)))
         self._starters = {s.name for s in scene.parameters if s not in equations}
         self._inertia = Inertia(scene)
 
