@@ -222,7 +222,7 @@ def fingerprint(scene: Scene) -> str:
     parts += sorted(f"{s.name} = {v.hex()}" for s, v in scene.parameter_values().items())
     parts += [f"{s.name} starts at {_plain(v)}" for s, v in scene.initial.items()]
     parts += [f"{n} is {_output(o)}" for n, o in scene.outputs.items()]
-    parts += [f"{p!r}" for p in (*scene.held, *scene.resets)]
+    parts += [f"{p!r}" for p in scene.clocks]
     parts.append(scene.horizon.hex())
     digest = hashlib.sha256("\n".join(parts).encode())
     if system.linear is not None:

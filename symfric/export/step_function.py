@@ -83,7 +83,7 @@ def step_functions(scene: Scene, rows: Sequence[sp.Expr], events: int) -> StepFu
 
 
 def _refuse(scene: Scene, automaton: Automaton) -> None:
-    if scene.held or scene.resets:
+    if scene.clocks:
         raise SceneError("held variables and resets are not exported; export the plant, with what is held as an input")
     for c in scene.contacts:
         if c.law.steep:

@@ -114,7 +114,7 @@ class Pieces:
     @alone(SYMBOLIC)
     def _program(self, label: str) -> Any:
         scene = self.predictor.scene_of(label)
-        if scene.held or scene.resets:
+        if scene.clocks:
             raise SceneError("segments is for scenes without held variables and resets")
         if scene.inputs:
             raise SceneError("segments is for scenes without sampled inputs; fit shorter parts of the record instead")

@@ -164,7 +164,7 @@ class ContactDynamics:
         """Return the equations of a scene."""
         found = cls(scene.system, scene.contacts, scene.parameters, tuple(scene.inputs), constants)
         found.horizon = scene.horizon
-        if scene.held or scene.resets:
+        if scene.clocks:
             found.springs.append(Clocks.of(scene, found._print.symbols, found.constants, found.t))
         return found
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 
 import casadi as ca
 
+from symfric.lower.clocks import Clocks
 from symfric.lower.mode_layout import OtherContact
 from symfric.lower.slider_sets import SliderSet
 from symfric.model.outputs import friction_force
@@ -121,7 +122,7 @@ def with_forces(system: System, contacts: Sequence[Contact]) -> System:
 
 
 def transition_of(
-    springs: Sequence[Spring | SliderSet], y: ca.SX, t: ca.SX, p: ca.SX, mode: ca.SX
+    springs: Sequence[Spring | SliderSet | Clocks], y: ca.SX, t: ca.SX, p: ca.SX, mode: ca.SX
 ) -> ca.Function | None:
     """Return what the events of contacts behind springs do; see `symfric.lower.automaton.Automaton.transition`."""
     if not springs:

@@ -1,18 +1,18 @@
 """Digital controllers as held variables: PID with limits, state feedback, friction compensation, discrete systems."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.held import Held
-from symfric.model.offering import offer
+from symfric.model.public_names import names_of
 from symfric.model.symbols import expression, listed
 
 __all__ = ["discrete", "friction_compensation", "pid", "state_feedback"]
-_Number = float | sp.Expr
+_Number: TypeAlias = float | sp.Expr
 
 
 def pid(
@@ -247,4 +247,5 @@ def _combined(row: np.ndarray, terms: Sequence[sp.Expr]) -> sp.Expr:
     return sp.Add(*(sp.Float(w) * e for w, e in zip(row, terms, strict=True) if w))
 
 
-offer(__name__)
+if not TYPE_CHECKING:
+    __dir__, __getattr__ = names_of(__name__)

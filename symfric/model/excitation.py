@@ -136,7 +136,7 @@ def excitation_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Excitat
             )
         except SceneError as reason:
             return Excitation(note=str(reason))
-    for part in (*scene.held, *scene.resets):
+    for part in scene.clocks:
         if part.every is None:
             return Excitation(note="states are reset at given times: the scene has no period")
         found[2 * sp.pi / part.every] = None
@@ -177,7 +177,7 @@ def forcing_period(scene: Scene, varied: frozenset[str] = frozenset()) -> float 
 @alone(SYMBOLIC)
 def is_excited(scene: Scene, varied: frozenset[str] = frozenset()) -> bool:
     """Return whether time or a sampled input enters the equations; terms with a factor that is zero do not count."""
-    return bool(scene.inputs or scene.held or scene.resets) or next(_of_time(scene, varied), None) is not None
+    return bool(scene.inputs or scene.clocks) or next(_of_time(scene, varied), None) is not None
 
 
 def _of_time(scene: Scene, varied: frozenset[str]) -> Iterator[tuple[sp.Expr, sp.Expr]]:
@@ -293,7 +293,7 @@ def _simple(ratio: float) -> Fraction | None:
 def later(scene: Scene, time: float) -> Scene:
     """Shift the excitation in time: at t = 0 it is that of the given scene at the given time."""
     numbers = {s: v for s, v in scene.values.items() if v is not None}
-    for period in (part.every for part in (*scene.held, *scene.resets)):
+    for period in (part.every for part in scene.clocks):
         shifts = np.nan if period is None else time / float(sp.sympify(period).subs(numbers))
         if not abs(shifts - round(shifts) if np.isfinite(shifts) else np.inf) <= _ALIKE * abs(shifts):
             raise SceneError("the clocks of held variables and resets start again after whole periods only")

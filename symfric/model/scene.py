@@ -331,9 +331,14 @@ class Scene:
         return numbers
 
     @property
+    def clocks(self) -> tuple[Held | Reset, ...]:
+        """Held variables and resets."""
+        return (*self.held, *self.resets)
+
+    @property
     def clocked(self) -> tuple[sp.Expr, ...]:
         """Every expression of held variables and resets, without previous values."""
-        found = (e for part in (*self.held, *self.resets) for e in part.expressions)
+        found = (e for part in self.clocks for e in part.expressions)
         return tuple(e.xreplace({h.previous: h.symbol for h in self.held}) for e in found)
 
     @property

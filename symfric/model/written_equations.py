@@ -37,6 +37,7 @@ def equations_of(scene: "Scene") -> tuple[sp.Eq, ...]:
     dynamic = [sp.Eq(a, b, evaluate=False) for a, b in zip(left, right, strict=True)]
     springs = (c for c in scene.contacts if c.stiffness is not None)
     rates = dict(zip(system.z, system.z_rate, strict=True)) | dict(map(stop_rate, springs))
+    rates = {z: e for z, e in rates.items() if z not in {s for h in scene.held for s in h.states}}
     first = [sp.Eq(moving[z].diff(t), e.subs(moving), evaluate=False) for z, e in rates.items()]
     return (*kinematic, *dynamic, *first)
 

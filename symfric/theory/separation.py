@@ -97,7 +97,7 @@ class HarmonicForce:
 def _harmonic_force(scene: Scene) -> HarmonicForce:
     """Split the forces into the steady part and the harmonic one."""
     system = scene.system
-    if scene.held or scene.resets:
+    if scene.clocks:
         raise SceneError("separate takes a scene without held variables and resets")
     values = {**scene.values, TIME: sp.Integer(0)}
     scene.numbers()

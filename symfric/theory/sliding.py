@@ -171,7 +171,7 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
         If time or a sampled input enters the equations.
     """
     check_scene(scene)
-    if scene.held or scene.resets:
+    if scene.clocks:
         raise SceneError("steady sliding needs a scene without held variables and resets")
     if scene.inputs:
         name = next(iter(scene.inputs)).name

@@ -67,7 +67,7 @@ def form_of(lowered: LoweredScene) -> Form:
         If it is not linear between events; the message names the nonlinear part.
     """
     scene, varied = lowered.scene, lowered.varied
-    if scene.held or scene.resets:
+    if scene.clocks:
         raise NoRoute("held variables and resets are for the route 'taylor'")
     for contact in scene.contacts:
         try:

@@ -50,7 +50,7 @@ def declines(automaton: Automaton, plugin: str | None, scene: Scene, derivatives
 
 def _jumping(automaton: Automaton, plugin: str | None, scene: Scene) -> str:
     """Return why the route declines what only the event loop takes; empty if there is nothing."""
-    if scene.held or scene.resets:
+    if scene.clocks:
         return "held variables and resets are for the route 'taylor'"
     if automaton.steps and plugin not in ONE_STEP and any(map(jumps_in_time, scene.system.expressions)):
         return f"a force steps in time, over which {plugin} steps without an event"
