@@ -100,9 +100,10 @@ class Held:
     @property
     def late(self) -> int:
         """Number of values on their way at most; zero without delay, one if period or delay is a parameter."""
-        if self.delay.is_zero:
+        delay = sp.sympify(self.delay)
+        if delay.is_zero:
             return 0
-        periods = self.delay / self.every
+        periods = delay / self.every
         return max(1, math.ceil(float(periods) * (1 - _MARGIN))) if periods.is_number else 1
 
     @property
@@ -165,7 +166,8 @@ class Reset:
     def _after(self, name: str, value: object) -> tuple[sp.Expr, ...]:
         """Return the values of a state after the resets, one for all or one for each time."""
         several = isinstance(value, Sequence) and not isinstance(value, str)
-        found = tuple(expression(e, f"{name} after a reset") for e in (value if several else [value]))
+        entries: Sequence[object] = value if isinstance(value, Sequence) else [value]
+        found = tuple(expression(e, f"{name} after a reset") for e in entries)
         if several and len(found) != len(self.at):
             raise SceneError(f"a reset has {len(self.at)} times and {len(found)} values of {name}; give one for each")
         for e in found:

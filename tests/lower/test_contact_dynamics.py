@@ -27,8 +27,12 @@ def callers(*names):
 
 def test_nothing_else_translates_forces_or_solves_for_accelerations():
     assert callers("ldl", "ldl_solve") == {"lower/contact_dynamics.py"}
-    # starting values, a law over the speed alone and one driven by a given motion are no equations of motion
-    others = {"lower/variational_equations.py", "design/quench/averaged_damping.py", "identification/loops.py"}
+    # starting values, a law over the speed alone, one driven by a given motion, and samples are no equations of motion
+    others = {"lower/clocks.py"} | {
+        "lower/variational_equations.py",
+        "design/quench/averaged_damping.py",
+        "identification/loops.py",
+    }
     assert callers("Printer") == {"lower/printer.py", "lower/contact_dynamics.py"} | others
 
 

@@ -8,29 +8,30 @@ from symfric.codegen.numba_types import compiled
 from symfric.lower.mode_layout import JUST_AFTER
 from symfric.solve.loop.modes.layout import sign, switch
 from symfric.solve.loop.stepping.calls import prelude, probe
+from symfric.solve.loop.workspace import LoopArrays
 
 
 @compiled(inline=True)
-def soon(w):
+def soon(w: LoopArrays) -> float:
     """Return the time after which a step in time has surely occurred."""
     return JUST_AFTER * (abs(w.y[w.y.size - 1]) + w.clock.t_end)
 
 
 @compiled(inline=True)
-def just_after(w, row):
+def just_after(w: LoopArrays, row: int) -> float:
     """Return the guard of a step in time just after now, from the coefficients of a trial mode."""
     ahead = soon(w)
     return w.probe[row, 0] + ahead * (w.probe[row, 1] + ahead * w.probe[row, 2])
 
 
 @compiled(inline=True)
-def occurs(w, row):
+def occurs(w: LoopArrays, row: int) -> bool:
     """Whether the sign of a step in time is wrong just after now."""
     return just_after(w, row) < 0.0
 
 
 @compiled
-def mark_steps(w, n_x, n_c, starting):
+def mark_steps(w: LoopArrays, n_x: int, n_c: int, starting: bool) -> None:
     """Mark the steps in time that occur now as hit, unless this only completes the first mode; slips may jump."""
     prelude(w)
     probe(w)
@@ -41,7 +42,7 @@ def mark_steps(w, n_x, n_c, starting):
 
 
 @compiled
-def step_over(w, n_x, n_c):
+def step_over(w: LoopArrays, n_x: int, n_c: int) -> None:
     """Give every step in time its sign just after now; one may depend on those before it."""
     for _ in range(w.contacts.step.size):
         prelude(w)
