@@ -219,3 +219,26 @@ def test_what_is_refused():
     for question in (sf.equilibrium, sf.stability, sf.average, sf.separate):
         with pytest.raises(sf.SceneError):
             question(scene)
+
+
+def test_a_sampled_pd_against_rational_arithmetic():
+    cmd = sf.Held("cmd", update=-20 * x - 2 * u, every=0.1)
+    rail = sf.Contact("rail", slip=u, normal=1, law=sf.laws.coulomb(0.2))
+    scene = sf.Scene(sf.System([x], [u], [[1]], [cmd.symbol]), [rail], {}, {x: 1.0, u: 0.0}, 3.0, held=[cmd])
+    assert sf.simulate(scene, 1e-14).final[0] == pytest.approx(0.0795605201999225, abs=1e-14)
+
+
+@pytest.mark.long
+def test_random_kicks_stick_as_often_as_a_queue_is_empty():
+    rate, mean, kicks = 0.8, 0.6, 2560
+    rng = np.random.default_rng(5)
+    times, sizes = np.cumsum(rng.exponential(1 / rate, kicks)), rng.exponential(mean, kicks)
+    parts = zip(times.reshape(-1, 64).tolist(), sizes.reshape(-1, 64).tolist(), strict=True)
+    resets = [sf.Reset(at=part, set={u: [u + size for size in heights]}) for part, heights in parts]
+    floor = sf.Contact("floor", slip=u, normal=1, law=sf.laws.coulomb(1))
+    horizon = float(times[-1])
+    scene = sf.Scene(sf.System([x], [u], [[1]], [0]), [floor], {}, {x: 0.0, u: 0.0}, horizon, resets=resets)
+    run = sf.simulate(scene).checked()
+    stuck = np.sum(np.diff(np.append(run.path.t, horizon))[run.path.mode[:, 0] == 0]) / horizon
+    assert stuck == pytest.approx(0.52, abs=0.03)
+    assert run.final[0] / horizon == pytest.approx(0.5538, abs=0.08)
