@@ -139,6 +139,9 @@ def excitation_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Excitat
     for part in scene.clocks:
         if part.every is None:
             return Excitation(note="states are reset at given times: the scene has no period")
+        first = sp.sympify(part.offset - part.every).subs({s: v for s, v in scene.values.items() if v is not None})
+        if first.is_number and first >= 0:
+            return Excitation(note="a clock starts later than a period of its own: the scene has no period")
         found[2 * sp.pi / part.every] = None
     return Excitation(tuple(found))
 

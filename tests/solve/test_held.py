@@ -156,6 +156,12 @@ def test_multipliers_of_a_sampled_system(offset, delay):
     assert np.max(np.abs(np.sort(np.abs(orbit.multipliers)) - expected)) < 1e-5
 
 
+def test_a_clock_that_starts_late_has_no_period():
+    cmd = sf.Held("cmd", update=-2 * x, every=0.1, offset=0.3)
+    with pytest.raises(sf.SceneError, match="no period"):
+        sf.limit_cycle(plant(cmd.symbol, held=[cmd]))
+
+
 def test_many_samples_are_cheap_and_no_events():
     cmd = sf.Held("cmd", update=-x, every=0.1)
     scene = plant(cmd.symbol, 2000.0, held=[cmd]).wanting({"events": sf.Events()})
