@@ -21,8 +21,7 @@ from symfric.model.symbols import Key
 from symfric.model.units import attributes_of, output_unit
 from symfric.solve.case_values import processors, workers_of
 from symfric.solve.program import check_tolerance
-from symfric.solve.protocol import RouteName
-from symfric.solve.routes import Settings
+from symfric.solve.routes import RouteName, Settings
 
 if TYPE_CHECKING:
     import xarray as xr

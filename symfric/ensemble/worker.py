@@ -16,8 +16,8 @@ from symfric.ensemble.grid import fingerprint
 from symfric.errors import NoRoute, RunFailed, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.scene import Scene
-from symfric.solve.protocol import Program, RouteName
-from symfric.solve.routes import Settings, prepare
+from symfric.solve.protocol import Program
+from symfric.solve.routes import RouteName, Settings, prepare
 from symfric.solve.status import Status
 
 REFUSED, ERROR = -1, -2  # codes besides those of Status, for cases without a run

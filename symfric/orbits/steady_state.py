@@ -12,8 +12,7 @@ from symfric.model.outputs import End, Integral, Max, Min, Output, OutputOfExpre
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of
 from symfric.orbits.recurrence import FEW, SAME, Recurrence, passages, period_of
-from symfric.solve.protocol import RouteName
-from symfric.solve.routes import Settings, prepare
+from symfric.solve.routes import RouteName, Settings, prepare
 from symfric.solve.run import Run, finished
 from symfric.solve.status import Status
 

@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Literal, TypeAlias
+from typing import Any, ClassVar
 
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.symbols import Key, name_of
@@ -11,8 +11,6 @@ from symfric.solve.batch import Batch, batch_of_runs
 from symfric.solve.case_values import CaseValues, read_cases, refuse_lists, workers_of
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.run import Run
-
-RouteName: TypeAlias = Literal["exact", "taylor", "integrators"]
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Literal, TypeAlias
 
 from symfric.errors import NoRoute, SceneError
 from symfric.locks import SYMBOLIC, alone
@@ -13,10 +14,11 @@ from symfric.solve.exact.route import Exact
 from symfric.solve.facts import Facts, facts_of, redundant, warn_of_redundance
 from symfric.solve.integrators.route import Integrators
 from symfric.solve.lowered import LoweredScene, directions_of
-from symfric.solve.protocol import Answer, Program, RouteName
+from symfric.solve.protocol import Answer, Program
 from symfric.solve.run import Run
 from symfric.solve.taylor.route import Taylor
 
+RouteName: TypeAlias = Literal["exact", "taylor", "integrators"]
 Settings = Exact | Taylor | Integrators
 # in the order of preference
 ROUTES: dict[str, Settings] = {

@@ -22,8 +22,8 @@ from symfric.model.outputs import Events, HalfRange, StopTime
 from symfric.model.scene import Scene
 from symfric.orbits.steady_state import Schedule, Settling
 from symfric.search import minimum, minimum_near
-from symfric.solve.protocol import Program, RouteName
-from symfric.solve.routes import prepare
+from symfric.solve.protocol import Program
+from symfric.solve.routes import RouteName, prepare
 from symfric.solve.run import finished
 
 TOLERANCE, FINER = 1e-12, 1e-13  # tolerances of the search and of the verification

@@ -13,8 +13,7 @@ from symfric.ensemble.sweep import sweep
 from symfric.model import scenes
 from symfric.model.outputs import End, HalfRange
 from symfric.model.scene import Scene
-from symfric.solve.protocol import RouteName
-from symfric.solve.routes import prepare
+from symfric.solve.routes import RouteName, prepare
 from symfric_evidence.bench.larger import chain
 
 _TOLERANCE = 1e-10

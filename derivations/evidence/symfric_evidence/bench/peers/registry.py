@@ -13,8 +13,8 @@ from symfric.model.outputs import End, HalfRange
 from symfric.model.scene import Scene
 from symfric.orbits.cycle import limit_cycle
 from symfric.solve.integrators.route import Integrators
-from symfric.solve.protocol import Program, RouteName
-from symfric.solve.routes import Settings, prepare
+from symfric.solve.protocol import Program
+from symfric.solve.routes import RouteName, Settings, prepare
 from symfric_evidence.bench.peers import (
     casadi_peer,
     diffrax_peer,
