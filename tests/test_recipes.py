@@ -114,7 +114,12 @@ def test_a_recipe_works_and_touches_few_files(name, root):
     assert checked(steps, root) == ""
 
 
-LEFT_OUT = [(name, k) for name in FILES for k, done in enumerate(RECIPES[name][0]) if done.way != "check"]
+LEFT_OUT = [
+    (name, k)
+    for name in FILES
+    for k, done in enumerate(RECIPES[name][0])
+    if done.way != "check" and not (done.way == "new" and done.file.endswith("__init__.py"))  # Python does without one
+]
 
 
 @pytest.mark.parametrize("without", longer(LEFT_OUT, LEFT_OUT[1:]), ids=str)
