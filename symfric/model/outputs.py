@@ -7,27 +7,14 @@ An output of an expression defines the observable that a solver accumulates (`Ro
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.model.rows import INTEGRAL, RANGE, VALUES, Row
 from symfric.model.symbols import expression, finite, refuse_speed
-
-# kinds of observables: smallest and largest value, integral over time, values at given times; for derivatives also the
-# least local minimum, and the derivative of a RANGE or TURN
-RANGE, INTEGRAL, VALUES, TURN, FOLLOW = range(5)
-
-
-class Row(NamedTuple):
-    """An observable: an expression accumulated along a run, and the kind of accumulation."""
-
-    kind: int
-    expr: sp.Expr
-    times: tuple[float, ...] = ()  # sampling times of kind VALUES, increasing
-    magnitude: bool = False  # range of |expr|, derived from that of expr, which has no kinks at zeros
-    follows: int = -1  # for kind FOLLOW, the index of the observable whose derivative this is
 
 
 @dataclass(frozen=True)

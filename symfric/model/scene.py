@@ -9,7 +9,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.contact_states import with_states
+from symfric.model.contact_states import with_states, without_states
 from symfric.model.held import Held, Reset, check_resets, in_order
 from symfric.model.laws.law import Shape
 from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, Trajectory
@@ -155,7 +155,7 @@ class Scene:
         for c in self.contacts:
             if not isinstance(c, Contact):
                 raise SceneError(f"{c!r} in contacts is no sf.Contact")
-        check_contacts(system, self.contacts)
+        check_contacts(without_states(system), self.contacts)
         self._set("held", in_order(held))
         self._set("system", with_states(system, self.contacts, self.held))
         self._set("resets", check_resets(resets, {s.name for s in self.system.states}))

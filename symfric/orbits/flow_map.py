@@ -15,7 +15,8 @@ from symfric.lower.mode_layout import backward, forward
 from symfric.lower.relaxed_guards import LIFTS, lifted
 from symfric.model.constant_parameters import vanishing
 from symfric.model.excitation import excitation_of
-from symfric.model.outputs import RANGE, End, Row, Trajectory
+from symfric.model.outputs import End, Trajectory
+from symfric.model.rows import RANGE, Row
 from symfric.model.scene import Scene
 from symfric.model.springs import in_order
 from symfric.model.symbols import TIME

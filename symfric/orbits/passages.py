@@ -18,7 +18,7 @@ from symfric.lower.automaton import Automaton
 from symfric.lower.channels import channels_of
 from symfric.lower.mode_layout import slip_gap
 from symfric.lower.variational_equations import MANY, varied
-from symfric.model.outputs import RANGE, TURN, Row
+from symfric.model.rows import RANGE, TURN, Row
 from symfric.model.scene import Scene
 from symfric.orbits.recorded_steps import Recorder
 from symfric.orbits.sizes import filled

@@ -10,11 +10,11 @@ import numpy as np
 
 from symfric.errors import RunFailed, SceneError
 from symfric.model.notebook import html_table
-from symfric.model.outputs import INTEGRAL, RANGE
 from symfric.model.results import BY_NAME, ArrayResult, Labelled, as_plain
+from symfric.model.rows import INTEGRAL, RANGE
 from symfric.model.scene import Scene
 from symfric.solve.case_values import CaseValues
-from symfric.solve.observables import observables_of
+from symfric.solve.observed import observables_of
 from symfric.solve.run import Run
 from symfric.solve.status import ADVICE, Status
 

@@ -13,7 +13,8 @@ from symfric.model.constant_parameters import constants
 from symfric.model.outputs import Output
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of, nearest
-from symfric.solve.observables import Observables, observables_of
+from symfric.solve.observables import Observables
+from symfric.solve.observed import observables_of
 
 T = TypeVar("T")
 

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from symfric.model.outputs import INTEGRAL, RANGE, VALUES, End, OutputOfExpression, Row, StopTime
+from symfric.model.outputs import End, OutputOfExpression, StopTime
+from symfric.model.rows import INTEGRAL, RANGE, VALUES, Row
 from symfric.solve.observables import Observables
 
 

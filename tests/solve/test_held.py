@@ -128,6 +128,18 @@ def test_derivatives_by_gains_periods_and_delays():
         assert np.max(np.abs(run.sensitivities[n] - (4 * near - far) / 3)) < 1e-6
 
 
+def test_a_scene_with_a_belt_of_commanded_speed_can_be_changed():
+    x, u, mu = *sp.symbols("x u", real=True), sp.Symbol("mu", positive=True)
+    speed = sf.Held("speed", update=sp.Rational(1, 5) * sp.sign(sp.sin(sf.TIME)), every=0.5)
+    belt = sf.Contact("belt", slip=u - speed.symbol, normal=1, law=sf.laws.coulomb(mu))
+    scene = sf.Scene(sf.System([x], [u], [[1]], [-x]), [belt], {mu: 0.4}, {x: 0.0, u: 0.0}, 20.0, held=[speed])
+    changed = scene.where({"mu": 0.3}).starting({"x": 0.1}).until(10.0).wanting({"most": sf.Max(x)})
+    again = scene.where({mu: 0.4}).starting({x: 0.0}).until(20.0)
+    assert sf.simulate(changed).checked().outputs["most"] > 0.1
+    assert np.array_equal(sf.simulate(again).final, sf.simulate(scene).final)
+    assert sf.simulate(changed).energy_residual() < 1e-8
+
+
 def test_map_equals_runs():
     program = sf.prepare(controlled())
     periods = np.linspace(0.2, 0.4, 20)

@@ -8,7 +8,7 @@ import sympy as sp
 from longer import longer
 
 import symfric as sf
-from symfric.model.outputs import INTEGRAL
+from symfric.model.rows import INTEGRAL
 from symfric.solve.case_values import read_cases
 from symfric.solve.lanes.cases import run_in_lanes
 from symfric.solve.loop.cases import run_cases

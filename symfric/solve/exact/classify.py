@@ -9,7 +9,7 @@ from symfric.lower.automaton import Automaton
 from symfric.lower.linear_modes import Matrices, Oscillator, lines_of, matrices, oscillator, without_harmonics
 from symfric.lower.sampled_oscillator import Record, record
 from symfric.lower.structure_modes import OtherForm, structure_matrices
-from symfric.model.outputs import INTEGRAL, RANGE
+from symfric.model.rows import INTEGRAL, RANGE
 from symfric.model.scene import Scene
 from symfric.solve.loop.stepping.linear_series import MOST
 from symfric.solve.lowered import LoweredScene

@@ -12,7 +12,8 @@ import sympy as sp
 
 from symfric.errors import NoRoute, SceneError
 from symfric.locks import SYMBOLIC
-from symfric.model.outputs import INTEGRAL, VALUES, OutputOfExpression, Row
+from symfric.model.outputs import OutputOfExpression
+from symfric.model.rows import INTEGRAL, VALUES, Row
 from symfric.model.symbols import Key, finite
 from symfric.solve.input_segments import segments
 from symfric.solve.integrators.implicit.implicit_pieces import ImplicitPieces

@@ -11,7 +11,8 @@ import numpy as np
 
 from symfric.errors import NoRoute
 from symfric.lower.variational_equations import starts_of
-from symfric.model.outputs import INTEGRAL, RANGE, VALUES, HalfRange, Row
+from symfric.model.outputs import HalfRange
+from symfric.model.rows import INTEGRAL, RANGE, VALUES, Row
 from symfric.model.symbols import Key, name_of
 from symfric.solve.integrators.implicit.varied_motion import Followed, VariedMotion
 from symfric.solve.integrators.motion import Motion

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from symfric.lower.automaton import Automaton
 from symfric.lower.mode_layout import backward
-from symfric.model.outputs import FOLLOW, Row
+from symfric.model.rows import FOLLOW, Row
 from symfric.solve.loop.stepping.decay_weights import weights
 from symfric.solve.loop.stepping.series import Series
 

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from symfric.codegen.array_table import Matrix
 from symfric.codegen.numba_types import compiled
-from symfric.model.outputs import FOLLOW, VALUES
+from symfric.model.rows import FOLLOW, VALUES
 from symfric.solve.lanes.arrays import LaneArrays
 from symfric.solve.lanes.fields import LENGTH, NOTED, OWED_OF, TIME, TIME_LOW
 from symfric.solve.loop.events.polynomials import extend_range

@@ -3,7 +3,7 @@
 from symfric.codegen.array_table import Matrix
 from symfric.codegen.numba_types import compiled
 from symfric.lower.cell_edges import ON_EDGE
-from symfric.model.outputs import FOLLOW, INTEGRAL, VALUES
+from symfric.model.rows import FOLLOW, INTEGRAL, VALUES
 from symfric.solve.lanes.arrays import LaneArrays
 from symfric.solve.loop.codes import EXPAND, SEGMENT, SETTLE
 from symfric.solve.loop.modes.layout import is_load, sign, switch

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from symfric.codegen.elementwise import choose, larger, smaller
 from symfric.codegen.lane_values import Value, moves
-from symfric.model.outputs import FOLLOW, INTEGRAL, RANGE, VALUES
+from symfric.model.rows import FOLLOW, INTEGRAL, RANGE, VALUES
 from symfric.solve.lanes.fields import NOTED
 from symfric.solve.lanes.kernel import Kernel, Row
 from symfric.solve.loop import statements

@@ -9,7 +9,7 @@ import numpy as np
 
 from symfric.codegen.array_table import Table
 from symfric.codegen.loop_loader import load_loop
-from symfric.model.outputs import INTEGRAL, RANGE
+from symfric.model.rows import INTEGRAL, RANGE
 from symfric.solve.loop.case_arrays import CaseArrays, Place, make_arrays
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.observables import Observables

@@ -9,7 +9,7 @@ import numpy as np
 
 from symfric.codegen.array_table import Table
 from symfric.codegen.loop_loader import Loop
-from symfric.model.outputs import INTEGRAL, RANGE, Row
+from symfric.model.rows import INTEGRAL, RANGE, Row
 from symfric.solve.loop.run_arrays import RunArrays, Stored
 from symfric.solve.observables import Observables
 from symfric.solve.path import Path

@@ -12,7 +12,7 @@ from symfric.lower.automaton import Automaton
 from symfric.lower.linear_modes import Matrices
 from symfric.lower.mode_layout import backward, sign
 from symfric.lower.structure_modes import StructureMatrices
-from symfric.model.outputs import Row
+from symfric.model.rows import Row
 from symfric.solve.loop.codes import COUPLING, JUMP
 from symfric.solve.loop.events.bernstein import DEPTH, bernstein_table
 from symfric.solve.loop.records import (

@@ -9,7 +9,7 @@ import numpy as np
 from symfric.errors import NoRoute
 from symfric.lower.linear_modes import matrices
 from symfric.lower.variational_equations import Variations, varied
-from symfric.model.outputs import FOLLOW, RANGE, TURN, Row
+from symfric.model.rows import FOLLOW, RANGE, TURN, Row
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of
 from symfric.solve.batch import Batch, reached

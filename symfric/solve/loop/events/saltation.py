@@ -11,7 +11,7 @@ from symfric.codegen.numba_types import call_code, compiled
 from symfric.lower.cell_edges import ON_EDGE
 from symfric.lower.constraint_forces import AT_BOUND
 from symfric.lower.mode_layout import GAPS
-from symfric.model.outputs import INTEGRAL, RANGE
+from symfric.model.rows import INTEGRAL, RANGE
 from symfric.solve.loop.arithmetic import value
 from symfric.solve.loop.codes import JUMP
 from symfric.solve.loop.events.polynomials import roots

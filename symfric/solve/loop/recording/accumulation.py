@@ -1,7 +1,7 @@
 """Ranges, integrals and values of the observables over a step."""
 
 from symfric.codegen.numba_types import compiled
-from symfric.model.outputs import FOLLOW, INTEGRAL, TURN, VALUES
+from symfric.model.rows import FOLLOW, INTEGRAL, TURN, VALUES
 from symfric.solve.loop.arithmetic import area, summed
 from symfric.solve.loop.events.polynomials import extend_range
 from symfric.solve.loop.events.saltation import follow, note_places, turn_lowest

@@ -1,0 +1,19 @@
+"""Rows: what an event loop accumulates of an expression along a run, for outputs and their derivatives."""
+
+from typing import NamedTuple
+
+import sympy as sp
+
+# kinds of observables: smallest and largest value, integral over time, values at given times; for derivatives also the
+# least local minimum, and the derivative of a RANGE or TURN
+RANGE, INTEGRAL, VALUES, TURN, FOLLOW = range(5)
+
+
+class Row(NamedTuple):
+    """An observable: an expression accumulated along a run, and the kind of accumulation."""
+
+    kind: int
+    expr: sp.Expr
+    times: tuple[float, ...] = ()  # sampling times of kind VALUES, increasing
+    magnitude: bool = False  # range of |expr|, derived from that of expr, which has no kinks at zeros
+    follows: int = -1  # for kind FOLLOW, the index of the observable whose derivative this is
