@@ -23,5 +23,5 @@ def __getattr__(name: str) -> Any:
     """Import a public name at its first use and keep it."""
     if name not in __all__:
         raise unknown_name(__name__, name, __all__)
-    globals()[name] = found = _load(name)
-    return found
+    globals()[name] = value = _load(name)
+    return value

@@ -45,10 +45,10 @@ def open_regular(place: str | Path) -> BinaryIO:
         raise
 
 
-def _demand_regular(found: os.stat_result) -> None:
-    if stat.S_ISDIR(found.st_mode):
+def _demand_regular(state: os.stat_result) -> None:
+    if stat.S_ISDIR(state.st_mode):
         raise IsADirectoryError(errno.EISDIR, "it is a folder")
-    if not stat.S_ISREG(found.st_mode):
+    if not stat.S_ISREG(state.st_mode):
         raise OSError(errno.EINVAL, "it is not a regular file")
 
 

@@ -135,8 +135,8 @@ class Commands(click.Group):
             raise NoAnswer("not enough memory; take a smaller problem, or fewer values") from None
 
 
-def _show_version(ctx: click.Context, _parameter: click.Parameter, wanted: bool) -> None:
-    if wanted:
+def _show_version(ctx: click.Context, _parameter: click.Parameter, asked: bool) -> None:
+    if asked:
         from symfric.report.html.versions import package_version
 
         say(f"symfric {package_version('symfric')}")

@@ -42,13 +42,13 @@ def study(file: Path, out: Path | None, limit: float, as_json: bool, quiet: bool
 
     if not limit < math.inf:
         raise SceneError(f"--limit is {limit}; give a number of seconds")
-    found = read_scene_file(file)
+    scene_file = read_scene_file(file)
     folder = writable_folder(Path(f"{file.stem}-study") if out is None else out)
     with progress_on_stderr(quiet) as progress:
         from symfric.report.study.study import Study
         from symfric.report.study.study import study as computed
 
-        made = Study(computed(found, progress, limit))
+        made = Study(computed(scene_file, progress, limit))
         progress("pictures", 0.97)
         write_results({folder / name: text for name, text in made.files().items()})
     if as_json:
@@ -88,13 +88,13 @@ def explain(file: Path, as_json: bool, quiet: bool) -> None:
     from symfric.scenefile import read_scene_file
     from symfric.solve.routes import explain as explain_scene
 
-    found = explain_scene(read_scene_file(file).scene)
+    explanation = explain_scene(read_scene_file(file).scene)
     if as_json:
         from symfric.report.study.data import plain
 
-        print_json(plain({"file": str(file), **found.to_dict()}))
+        print_json(plain({"file": str(file), **explanation.to_dict()}))
     else:
-        say(str(found))
+        say(str(explanation))
 
 
 @click.command()

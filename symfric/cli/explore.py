@@ -27,7 +27,7 @@ def explore(file: Path, port: int, opening: bool, as_json: bool, quiet: bool) ->
 
     from symfric.scenefile import read_scene_file
 
-    found = read_scene_file(file)
+    scene_file = read_scene_file(file)
     if find_spec("bokeh") is None:
         raise SceneError("symfric explore needs Bokeh; install it with: python -m pip install 'symfric[explore]'")
     _check_free(port)
@@ -37,7 +37,7 @@ def explore(file: Path, port: int, opening: bool, as_json: bool, quiet: bool) ->
 
     with progress_on_stderr(quiet) as progress:
         progress("compiling", 0.0)
-        prepared = explorer(found)
+        prepared = explorer(scene_file)
 
     def ready(address: str) -> None:
         if as_json:

@@ -28,17 +28,17 @@ def export(file: Path, kind: str, step: float, out: Path | None, as_json: bool, 
     from symfric.export import stepper, write_c, write_fmu
     from symfric.scenefile import read_scene_file
 
-    found = read_scene_file(file).scene
+    scene = read_scene_file(file).scene
     place = Path(f"{file.stem}.{kind}") if out is None else out
     with progress_on_stderr(quiet) as progress:
         progress("the steps as C code", 0.0)
         try:
-            written = (write_c if kind == "c" else write_fmu)(found, place, step)
+            written = (write_c if kind == "c" else write_fmu)(scene, place, step)
         except OSError as error:
             raise SceneError(f"cannot write {place} ({error.strerror}); name another file with -o") from None
         progress("comparison with the event-driven solution", 0.3)
         try:
-            difference, why = stepper(found, step).error(), ""
+            difference, why = stepper(scene, step).error(), ""
         except RunFailed as failure:
             difference, why = math.nan, str(failure)
     if as_json:

@@ -27,13 +27,13 @@ def identify(file: Path, out: Path | None, as_json: bool, quiet: bool) -> None:
     from symfric.report.identification.result import asked_fit, identification, to_dict
     from symfric.scenefile import read_scene_file
 
-    found = read_scene_file(file)
-    asked_fit(found)  # before a folder is made
+    scene_file = read_scene_file(file)
+    asked_fit(scene_file)  # before a folder is made
     folder = writable_folder(Path(f"{file.stem}-identify") if out is None else out)
     with progress_on_stderr(quiet) as progress:
         from symfric.report.identification.page import page, summary
 
-        result = identification(found, progress)
+        result = identification(scene_file, progress)
         progress("pictures", 0.95)
         data = to_dict(result)
         files = {"identify.html": page(result), "identify.json": json.dumps(data, indent=2, allow_nan=False)}
@@ -41,7 +41,7 @@ def identify(file: Path, out: Path | None, as_json: bool, quiet: bool) -> None:
     if as_json:
         print_json(data)
     elif not quiet:
-        say(found.title or str(file))
+        say(scene_file.title or str(file))
         for line in summary(result):
             say(f"  {line}")
         say(f"{folder / 'identify.html'} ({result.seconds:.1f} s)")

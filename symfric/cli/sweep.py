@@ -49,8 +49,8 @@ def sweep(file: Path, out: Path | None, jobs: int, resume: bool, as_json: bool, 
     from symfric.ensemble.sweep import sweep as run
     from symfric.scenefile import read_scene_file
 
-    found = read_scene_file(file)
-    _check(found, file)
+    scene_file = read_scene_file(file)
+    _check(scene_file, file)
     folder = writable_folder(Path(f"{file.stem}-sweep") if out is None else out)
     place = folder / STORE
     if not resume:
@@ -58,7 +58,7 @@ def sweep(file: Path, out: Path | None, jobs: int, resume: bool, as_json: bool, 
     begin = time.monotonic()
     try:
         with progress_on_stderr(quiet) as progress:
-            result = run(found.scene, found.grid, jobs=jobs, store=place, progress=_staged(progress))
+            result = run(scene_file.scene, scene_file.grid, jobs=jobs, store=place, progress=_staged(progress))
     except KeyboardInterrupt:
         kept = store.records_in(place)
         if kept is None:
@@ -72,14 +72,14 @@ def sweep(file: Path, out: Path | None, jobs: int, resume: bool, as_json: bool, 
     _report(result, file, folder, time.monotonic() - begin, as_json, quiet)
 
 
-def _check(found: "SceneFile", file: Path) -> None:
+def _check(scene_file: "SceneFile", file: Path) -> None:
     """Raise unless the file has an axis and a scalar output."""
     from symfric.errors import SceneError
 
-    if not found.grid:
+    if not scene_file.grid:
         raise SceneError(f"{file}: there is no [sweep] section; add [sweep.grid] with values, such as v_b = [0.1, 0.2]")
-    if not any(o.size(len(found.scene.system.states)) for o in found.scene.outputs.values()):
-        state = found.scene.system.states[0]
+    if not any(o.size(len(scene_file.scene.system.states)) for o in scene_file.scene.outputs.values()):
+        state = scene_file.scene.system.states[0]
         raise SceneError(f'{file}: [outputs] has no number to tabulate; add one, such as largest = "max({state})"')
 
 

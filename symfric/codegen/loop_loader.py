@@ -136,16 +136,16 @@ def sources_key(module: str, followed: tuple[str, ...] = FOLLOWED) -> str:
 
 def sources(module: str, followed: tuple[str, ...] = FOLLOWED) -> list[Path]:
     """Return the files of a module and of its imports, direct or through modules of the layers `followed`."""
-    found: dict[str, Path] = {}
+    files: dict[str, Path] = {}
     waiting = [module]
     while waiting:
         name = waiting.pop()
-        if name in found or (path := _file_of(name)) is None:
+        if name in files or (path := _file_of(name)) is None:
             continue
-        found[name] = path
+        files[name] = path
         if name.startswith(followed) or name == module:
             waiting += _IMPORT.findall(path.read_text(encoding="utf-8"))
-    return [found[name] for name in sorted(found)]
+    return [files[name] for name in sorted(files)]
 
 
 def _file_of(module: str) -> Path | None:

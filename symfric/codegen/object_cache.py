@@ -70,8 +70,8 @@ def _folder() -> Path | None:
 def _default_folder() -> Path | None:
     from platformdirs import user_cache_path
 
-    found = user_cache_path("symfric", appauthor=False)
-    return found if found.is_absolute() else None
+    folder = user_cache_path("symfric", appauthor=False)
+    return folder if folder.is_absolute() else None
 
 
 def _limit() -> float:
@@ -116,11 +116,11 @@ def _trusted(place: Path | None) -> Iterator[int | Path | None]:
         os.close(folder)
 
 
-def _doubt(found: os.stat_result) -> str:
+def _doubt(state: os.stat_result) -> str:
     """Return why a file or folder is not trusted; empty if it is."""
-    if found.st_uid != os.geteuid():
+    if state.st_uid != os.geteuid():
         return "belongs to another user"
-    return "can be written by other users" if found.st_mode & (stat.S_IWGRP | stat.S_IWOTH) else ""
+    return "can be written by other users" if state.st_mode & (stat.S_IWGRP | stat.S_IWOTH) else ""
 
 
 def _read(folder: int | Path, name: str) -> bytes:
@@ -139,10 +139,10 @@ def _read(folder: int | Path, name: str) -> bytes:
                 os.utime(place)
         return data
     with os.fdopen(os.open(name, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK, dir_fd=folder), "rb") as file:
-        found = os.fstat(file.fileno())
-        if not stat.S_ISREG(found.st_mode) or _doubt(found):
+        state = os.fstat(file.fileno())
+        if not stat.S_ISREG(state.st_mode) or _doubt(state):
             raise PermissionError(name)
-        if time.time() - found.st_mtime > _FRESH:
+        if time.time() - state.st_mtime > _FRESH:
             with contextlib.suppress(OSError):
                 os.utime(file.fileno())
         return file.read()
@@ -158,10 +158,10 @@ def _make_room(place: Path, limit: float) -> None:
     with os.scandir(place) as entries:
         for entry in entries:
             with contextlib.suppress(OSError):  # removed by another process
-                found = entry.stat(follow_symlinks=False)
+                state = entry.stat(follow_symlinks=False)
                 if entry.name.endswith(CODE):
-                    objects.append((found.st_mtime, found.st_size, entry.path))
-                elif entry.name.endswith(PART) and time.time() - found.st_mtime > _FRESH:
+                    objects.append((state.st_mtime, state.st_size, entry.path))
+                elif entry.name.endswith(PART) and time.time() - state.st_mtime > _FRESH:
                     os.unlink(entry.path)  # left by a process that was killed while writing
     total = sum(size for _, size, _ in objects)
     if total <= limit:

@@ -36,23 +36,25 @@ def write() -> None:
 
 def check(modules: tuple[str, ...] = LOOPS) -> list[str]:
     """Compile loops and return a line for each whose file holds other code."""
-    found = []
+    complaints = []
     for module in modules:
         try:
             made, code = shipped_header(module), shipped_code(module)
         except UNREADABLE as error:
-            found.append(f"{module}: its file cannot be read ({error}); write it anew")
+            complaints.append(f"{module}: its file cannot be read ({error}); write it anew")
             continue
         versions = made.get("made with", {})
         if versions and versions != compilers():
-            found.append(f"{module}: made with {_listed(versions)}, and this is {_listed(compilers())}; use the former")
+            complaints.append(
+                f"{module}: made with {_listed(versions)}, and this is {_listed(compilers())}; use the former"
+            )
             continue
         function, text = optimised(module)
         if made["function"] != function or code != bitcode(text):
-            found.append(f"{module}: its file {place(module).name} holds other code than its sources give")
+            complaints.append(f"{module}: its file {place(module).name} holds other code than its sources give")
         else:
             print(f"{module}: the same")
-    return found
+    return complaints
 
 
 def _listed(versions: dict[str, str]) -> str:

@@ -109,14 +109,14 @@ def compilers() -> dict[str, str]:
 
 def meaning(sources: list[Path]) -> str:
     """Return a key that changes with the statements of source files, not with comments, docstrings and layout."""
-    found = hashlib.sha256()
+    digest = hashlib.sha256()
     for file in sources:
         tree = ast.parse(file.read_text(encoding="utf-8"))
         for node in ast.walk(tree):
             if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and _is_text(node.body[:1]):
                 node.body = node.body[1:] or [ast.Pass()]
-        found.update(f"{file.stem}\n{_written(tree)}\n".encode())
-    return found.hexdigest()
+        digest.update(f"{file.stem}\n{_written(tree)}\n".encode())
+    return digest.hexdigest()
 
 
 def _written(node: object) -> str:

@@ -88,8 +88,8 @@ class Collection:
 
     def rest(self) -> int:
         """Return the index of rest among the attractors, adding it if it is new."""
-        found = next((k for k, a in enumerate(self.known) if a.kind == "rest"), None)
-        return self._add(Attractor("rest", np.zeros((self._units.size, 0)))) if found is None else found
+        index = next((k for k, a in enumerate(self.known) if a.kind == "rest"), None)
+        return self._add(Attractor("rest", np.zeros((self._units.size, 0)))) if index is None else index
 
     def nearest(self, states: np.ndarray) -> np.ndarray:
         """Return the index of the attractor nearest to each state (n_x, n), -1 if none is near; shape (n,)."""

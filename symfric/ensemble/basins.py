@@ -155,10 +155,10 @@ def basins(
     if period:
         scene = scene.until(period * max(1, np.ceil(scene.horizon / period - 1e-9)), {})
     moved, grid = _with_starts(scene, axes)
-    found = sweep(moved, grid, jobs=jobs, executor=executor, progress=progress, store=store, tolerance=tolerance)
-    ends = found["end"].values.reshape(-1, len(scene.system.states)).T
-    shape = found["status"].shape
-    status, stops = found["status"].values.ravel().copy(), found["stop"].values.ravel()
+    runs = sweep(moved, grid, jobs=jobs, executor=executor, progress=progress, store=store, tolerance=tolerance)
+    ends = runs["end"].values.reshape(-1, len(scene.system.states)).T
+    shape = runs["status"].shape
+    status, stops = runs["status"].values.ravel().copy(), runs["stop"].values.ravel()
     spread = _units(scene, axes, ends[:, status == 0])
     collection = Collection(scene, period, spread, near, tolerance)
     further = Listed(scene.wanting({"end": End(), "stop": StopTime()}), tolerance=tolerance)
@@ -225,9 +225,9 @@ def _labelled(
             if turns == _TURNS or not open_.size:
                 continue
             turns += 1
-            status[open_], found = follow(ends[:, open_])
-            ends[:, open_] = found["end"]
-            rests = (status[open_] == 0) & np.isfinite(found["stop"])
+            status[open_], followed = follow(ends[:, open_])
+            ends[:, open_] = followed["end"]
+            rests = (status[open_] == 0) & np.isfinite(followed["stop"])
             if np.any(rests):
                 label[open_[rests]] = collection.rest()
             open_ = open_[(status[open_] == 0) & ~rests]

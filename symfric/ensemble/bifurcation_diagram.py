@@ -202,11 +202,11 @@ def bifurcation_diagram(
     jobs = min(workers_of(jobs, "jobs"), row.size)
     if carry:
         excitation = periodic(scene, frozenset({name}))
-        found = _carried(make_program(task), name, row, cut, transient, excitation.period if excitation else None)
+        cases = _carried(make_program(task), name, row, cut, transient, excitation.period if excitation else None)
     else:
         at_once = _at_once(scene, name, row, cut, transient, task.tolerance, jobs)
-        found = _apart(make_program(task), name, row, cut, transient, jobs) if at_once is None else at_once
-    status, times, states = zip(*found, strict=True)
+        cases = _apart(make_program(task), name, row, cut, transient, jobs) if at_once is None else at_once
+    status, times, states = zip(*cases, strict=True)
     return BifurcationDiagram(
         parameter=name,
         values=row,
@@ -237,14 +237,14 @@ def _at_once(
     states = [s.name for s in scene.system.states]
     outputs = {s.name: Samples(s, times.tolist()) for s in scene.system.states}
     most = max(1, _MOST // (len(states) * times.size))
-    cases, found = Listed(scene.wanting(outputs), (name,), tolerance), []
+    cases, sections = Listed(scene.wanting(outputs), (name,), tolerance), []
     for begin in range(0, row.size, most):
         status, seen = cases.run({name: row[begin : begin + most]}, jobs=jobs)
         blocks = np.stack([np.atleast_2d(seen[n]) for n in states])  # (n_x, n_t, n)
         for k, code in enumerate(status.tolist()):
             right = code == Status.OK
-            found.append((code, times if right else times[:0], blocks[:, :, k] if right else blocks[:, :0, k]))
-    return found
+            sections.append((code, times if right else times[:0], blocks[:, :, k] if right else blocks[:, :0, k]))
+    return sections
 
 
 def _apart(program: Program, name: str, row: np.ndarray, cut: Cut, transient: float, jobs: int) -> list[Case]:
@@ -256,8 +256,8 @@ def _apart(program: Program, name: str, row: np.ndarray, cut: Cut, transient: fl
     if jobs == 1:
         return work(row)
     with ThreadPoolExecutor(jobs) as crew:
-        found = list(crew.map(work, [row[k::jobs] for k in range(jobs)]))
-    return [found[k % jobs][k // jobs] for k in range(row.size)]
+        parts = list(crew.map(work, [row[k::jobs] for k in range(jobs)]))
+    return [parts[k % jobs][k // jobs] for k in range(row.size)]
 
 
 def _carried(
@@ -269,19 +269,19 @@ def _carried(
     period: Callable[[Mapping[str, float]], float] | None,
 ) -> list[Case]:
     """Run every value from the end of the last successful run, at the same phase of the excitation."""
-    found: list[Case] = []
+    cases: list[Case] = []
     start: dict[str, float] = {}
     fixed = {s.name: v for s, v in program.scene.parameter_values().items()}
     for v in row.tolist():
         case, run = _case(program, {name: v}, start, cut, transient)
-        found.append(case)
+        cases.append(case)
         if run is not None:
             end = run.final
             if period:
                 turn = period(fixed | {name: v})
                 end = run(np.floor(run.t_final / turn) * turn)
             start = dict(zip(run.names, end.tolist(), strict=True))
-    return found
+    return cases
 
 
 def _case(

@@ -115,16 +115,16 @@ def make_grid(scene: Scene | Mapping[str, Scene], axes: Mapping[Key, Any] | Case
 
 def _numbers(given: Mapping[str, Any], swapped: set[str], tables: Mapping[str, CaseTable]) -> dict[str, np.ndarray]:
     """Return the rows of all parameters, those in tables too."""
-    found: dict[str, np.ndarray] = {}
+    numbers: dict[str, np.ndarray] = {}
     for name, values in given.items():
         if name in swapped:
             continue
         rows = dict(tables[name].columns) if name in tables else {name: row_of(values, name)}
         for n, row in rows.items():
-            if n in found or (name in tables and n in given):
+            if n in numbers or (name in tables and n in given):
                 raise SceneError(f"{n} varies on two axes of the sweep; keep one")
-            found[n] = row
-    return found
+            numbers[n] = row
+    return numbers
 
 
 def columns_of(table: CaseTable, axis: str) -> dict[str, np.ndarray]:
@@ -148,15 +148,15 @@ def _signals(values: Any, name: str) -> dict[str, Signal]:
         raise SceneError(f"the input {name} is given one motion; give a list of them, or put it into Scene.inputs")
     else:
         pairs = [(v.name if isinstance(v, Motion) else f"{name} {k}", v) for k, v in enumerate(values)]
-    found: dict[str, Signal] = {}
+    signals: dict[str, Signal] = {}
     for label, value in pairs:
         if not isinstance(value, Motion | Signal):
             raise SceneError(f"the input {name} has {value!r}; give motions or sf.Signal")
-        count = sum(k == label or k.startswith(f"{label} (") for k in found)
-        found[f"{label} ({count + 1})" if count else label] = value.signal() if isinstance(value, Motion) else value
-    if not found:
+        count = sum(k == label or k.startswith(f"{label} (") for k in signals)
+        signals[f"{label} ({count + 1})" if count else label] = value.signal() if isinstance(value, Motion) else value
+    if not signals:
         raise SceneError(f"the input {name} has no motions; give at least one")
-    return found
+    return signals
 
 
 def _prepared(scene: Scene, numbers: Mapping[str, np.ndarray]) -> Scene:
@@ -175,25 +175,25 @@ def _prepared(scene: Scene, numbers: Mapping[str, np.ndarray]) -> Scene:
 
 def widths(scenes: Mapping[str, Scene]) -> dict[str, int]:
     """Return how many numbers each output has; all scenes must have the same ones."""
-    found = []
+    layouts = []
     for scene in scenes.values():
         n_x = len(scene.system.states)
         sizes = {n: o.size(n_x) or 0 for n, o in scene.outputs.items()}
-        found.append((sizes, dimensions(scene)))
-    if any(f != found[0] for f in found):
+        layouts.append((sizes, dimensions(scene)))
+    if any(f != layouts[0] for f in layouts):
         raise SceneError("the scenes have different outputs; give them the same ones with scene.wanting")
-    return found[0][0]
+    return layouts[0][0]
 
 
 def dimensions(scene: Scene) -> dict[str, tuple[str, list[Any]]]:
     """Return the name and the labels of the extra dimension of each output with several numbers."""
-    found: dict[str, tuple[str, list[Any]]] = {}
+    extra: dict[str, tuple[str, list[Any]]] = {}
     for name, output in scene.outputs.items():
         if isinstance(output, End):
-            found[name] = "state", [s.name for s in scene.system.states]
+            extra[name] = "state", [s.name for s in scene.system.states]
         elif isinstance(output, Samples):
-            found[name] = f"time of {name}", list(output.times)
-    return found
+            extra[name] = f"time of {name}", list(output.times)
+    return extra
 
 
 def _with_inputs(scene: Scene, inputs: Mapping[str, Signal]) -> Scene:

@@ -45,7 +45,7 @@ class Meter:
     """Calls a progress function at most ten times a second."""
 
     def __init__(self, report: Callable[[Progress], None] | None, done: int, total: int):
-        self._report, self._found, self._total = report, done, total
+        self._report, self._done_before, self._total = report, done, total
         self._begin = self._last = time.monotonic()
 
     def __call__(self, done: int, last: bool = False) -> None:
@@ -53,7 +53,7 @@ class Meter:
         if self._report is None or (now - self._last < INTERVAL and not last):
             return
         self._last = now
-        made, spent = done - self._found, now - self._begin
+        made, spent = done - self._done_before, now - self._begin
         rate = made / spent if made and spent > 0 else 0.0
         left = (self._total - done) / rate if rate else float("inf")
         self._report(Progress(done, self._total, rate, left))

@@ -52,13 +52,13 @@ class CaseTable:
             raise SceneError(
                 "the columns of a CaseTable must name at least one parameter, such as {'mu_s': [0.3, 0.4]}"
             )
-        found: dict[str, np.ndarray] = {}
+        columns: dict[str, np.ndarray] = {}
         for key, values in self.columns.items():
             name = name_of(key)
-            if name in found:
+            if name in columns:
                 raise SceneError(f"{name} is given twice in CaseTable, as a symbol and by name")
-            found[name] = row_of(values, name)
-        sizes = {n: v.size for n, v in found.items()}
+            columns[name] = row_of(values, name)
+        sizes = {n: v.size for n, v in columns.items()}
         if len(set(sizes.values())) > 1:
             raise SceneError(
                 f"the columns of a CaseTable have different lengths: {', '.join(f'{n} {k}' for n, k in sizes.items())}"
@@ -69,7 +69,7 @@ class CaseTable:
             raise SceneError(
                 f"repeat of CaseTable has shape {group.shape}; give a whole number for each of {size} cases"
             )
-        object.__setattr__(self, "columns", found)
+        object.__setattr__(self, "columns", columns)
         object.__setattr__(self, "repeat", group)
 
     def __len__(self) -> int:

@@ -98,9 +98,9 @@ class Queue:
             return k, cases[:size]
 
 
-def next_size(size: int, seconds: float, wanted: float) -> int:
+def next_size(size: int, seconds: float, target: float) -> int:
     """Return how many cases take a given time, from the last number and its time; at most about `GROWTH` times it."""
-    return int(min(max(1.0, wanted * size / max(seconds, 1e-9)), GROWTH * (size + 1.0), LARGEST))
+    return int(min(max(1.0, target * size / max(seconds, 1e-9)), GROWTH * (size + 1.0), LARGEST))
 
 
 def run_on_threads(

@@ -73,8 +73,8 @@ def probability(
     z = 1.959963984540054
     middle = (part + z**2 / (2 * n)) / (1 + z**2 / n)
     reach = z * np.sqrt(part * (1 - part) / n + z**2 / (4 * n**2)) / (1 + z**2 / n)
-    found = {"probability": part, "standard_error": error, "low": middle - reach, "high": middle + reach}
-    return xr.Dataset({**found, "cases": n, FAILED: array.sizes[over] - n})
+    estimate = {"probability": part, "standard_error": error, "low": middle - reach, "high": middle + reach}
+    return xr.Dataset({**estimate, "cases": n, FAILED: array.sizes[over] - n})
 
 
 def spread(

@@ -181,8 +181,8 @@ class Store:
 
         place = self.path / RESULT
         data = self._content(place)
-        found = _FOUND_SEAL.findall(data)
-        if not found or found[-1].decode() != self._seal(_FOUND_SEAL.sub(_OPEN_SEAL, data)):
+        seals = _FOUND_SEAL.findall(data)
+        if not seals or seals[-1].decode() != self._seal(_FOUND_SEAL.sub(_OPEN_SEAL, data)):
             raise SceneError(
                 f"{place} is damaged or of another sweep: its checksum does not agree; remove it to compute the sweep "
                 "again"
@@ -195,12 +195,12 @@ def read_about(path: Path) -> dict[str, Any]:
     """Return the contents of ``sweep.json``."""
     place = Path(path) / ABOUT
     try:
-        found = json.loads(read_regular(place, _MAX_ABOUT)[:_MAX_ABOUT].decode("utf-8"))
+        about = json.loads(read_regular(place, _MAX_ABOUT)[:_MAX_ABOUT].decode("utf-8"))
     except (OSError, ValueError, RecursionError):
-        found = None
-    if not isinstance(found, dict):
+        about = None
+    if not isinstance(about, dict):
         raise SceneError(f"{place} cannot be read; remove the folder, or name another store")
-    return found
+    return about
 
 
 def records_in(path: Path) -> int | None:

@@ -163,11 +163,11 @@ def _open_store(
 
 def _stored(kept: Store, cases: Grid, tolerance: float) -> "xr.Dataset":
     """Return the finished result of a store in the form of a new result."""
-    found = kept.result()
+    result = kept.result()
     columns = []
     for name, width in cases.width.items():
-        columns.append(np.asarray(found[name].values, dtype=float).reshape(cases.size, width))
-    status = np.asarray(found["status"].values, dtype=np.int32).ravel()
+        columns.append(np.asarray(result[name].values, dtype=float).reshape(cases.size, width))
+    status = np.asarray(result["status"].values, dtype=np.int32).ravel()
     return _dataset(cases, status, np.concatenate(columns, axis=1), tolerance)
 
 

@@ -103,9 +103,9 @@ def run_cases(
             return np.concatenate([s for s, _ in parts]), np.concatenate([v for _, v in parts])
         return np.array([_failure(numbers[0])]), np.full((1, width), np.nan)
     status = np.where(np.isnan(batch.t_final), REFUSED, batch.status)  # a start that is not a number
-    rows = [np.reshape(found, (-1, len(batch))) for found in batch.outputs.values()]
-    found = np.concatenate(rows).T if rows else np.zeros((len(batch), 0))
-    return np.broadcast_to(status, n), np.broadcast_to(found, (n, width))
+    rows = [np.reshape(output, (-1, len(batch))) for output in batch.outputs.values()]
+    table = np.concatenate(rows).T if rows else np.zeros((len(batch), 0))
+    return np.broadcast_to(status, n), np.broadcast_to(table, (n, width))
 
 
 def _failure(numbers: np.ndarray) -> int:

@@ -145,7 +145,7 @@ class _Builder:
             after = self.eq.held(after, t + h, p, m)
         return ca.Function("formula", [y, t, p, m, h], [after])
 
-    def _settled(self) -> ca.Function:
+    def _agreeing(self) -> ca.Function:
         """Return ``(y, t, p, m, zero) -> m``: modes of contacts at slip zero that agree with the forces."""
         y, t, p, m = self._state()
         zero, go, judged = ca.MX.sym("zero", self.n_c), ca.MX.sym("go"), self.eq.judged()
@@ -161,9 +161,9 @@ class _Builder:
         """Return ``(y, t, p, m, hit) -> (y, m, fresh)``: what follows when guards were hit."""
         y, t, p, m = self._state()
         hit = ca.MX.sym("hit", self.n_g)
-        self.settled, self.freshly = self._settled(), self.eq.freshly()
+        self.agreeing, self.freshly = self._agreeing(), self.eq.freshly()
         after, mode, zero, fresh = self.eq.crossed()(y, t, p, m, hit)
-        mode = self.settled(after, t, p, mode, zero)
+        mode = self.agreeing(after, t, p, mode, zero)
         return ca.Function("event", [y, t, p, m, hit], [after, mode, self.freshly(mode, zero, fresh)])
 
     def _least(self) -> ca.Function:
@@ -282,7 +282,7 @@ class _Builder:
     def _start(self) -> ca.Function:
         y, (given, data) = ca.MX.sym("y", self.n_y), self._data()
         after, m, zero = self.eq.first_mode()(y, given[0], data)
-        m = self.settled(after, given[0], data, m, zero)
+        m = self.agreeing(after, given[0], data, m, zero)
         memory = ca.vertcat(m, self.freshly(m, zero, ca.DM.zeros(self.n_g)))
         return ca.Function("start", [y, *given], _dense(after, memory), ["y", "t", "p", "v", "dv"], ["y_after", "m"])
 

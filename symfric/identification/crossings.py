@@ -6,7 +6,7 @@ import numpy as np
 
 from symfric.identification.local_fit import Minimum, Problem
 
-HALVINGS = 20
+HALVINGS = 20  # of the distance, which leaves 1e-6 of it
 ENDS = 1e-9  # the jump of the cost is taken between points this close, relative to the distance searched
 
 

@@ -17,7 +17,7 @@ from symfric.identification.starts import best_of, chosen_starts
 from symfric.identification.unknowns import Unknowns
 from symfric.model.scene import Scene
 
-STARTS = 4
+STARTS = 4  # descents, from the best of the points tried
 
 
 @dataclass(frozen=True, eq=False)

@@ -227,10 +227,10 @@ def _reweighted(problem: Problem, best: Minimum, seed: int) -> tuple[Problem, Mi
     for _ in range(REWEIGHTED):
         y = problem.predictor.at(best.values).y
         weight = _new_weights(problem, y)
-        settled = np.max(np.abs(weight / problem.weight - 1)) < SAME
+        unchanged = np.max(np.abs(weight / problem.weight - 1)) < SAME
         problem = replace(problem, weight=weight)
         best = polished(problem, best._replace(cost=float(problem.loss.cost(weight * (y - problem.y)))))
-        if settled:
+        if unchanged:
             break
         if problem.loss.is_robust:  # the first estimate of the noise may hide a lower minimum
             best = polished(problem, stepped_over(problem, best, seed))

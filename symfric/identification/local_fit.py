@@ -17,7 +17,7 @@ AT_BOUND = 1e-7  # distance from a bound, in units of the range, at which an unk
 BETTER = 1e-6  # relative decrease of the cost that counts as another minimum
 REACHES = (0.3, 1.0, 3.0, 10.0, 30.0)  # how far points beyond a minimum are tried, in standard errors
 NEAR = 0.02  # the largest such distance, in units of the range
-ROUNDS = 3
+ROUNDS = 3  # most descents from points beyond a minimum
 MOST = 4_000_000  # numbers that one batch of predictions holds
 
 
@@ -66,7 +66,7 @@ class Problem:
     @property
     def rounding(self) -> float:
         """Cost of residuals as large as rounding, below which differences mean nothing."""
-        return 0.5e-24 * float(np.sum((self.weight * self.y) ** 2))
+        return 0.5e-24 * float(np.sum((self.weight * self.y) ** 2))  # 1e-12 of each value
 
     def prefix(self, part: float) -> "Problem":
         """Return the problem of the samples of the first part of the time."""
@@ -118,17 +118,17 @@ class Evaluator:
         self.problem, self.kept = problem, problem.weight > 0
         self.evaluations = self.changes = 0
         self._at: np.ndarray | None = None
-        self._found: Prediction | None = None
+        self._last: Prediction | None = None
 
     def prediction(self, inner: np.ndarray) -> Prediction:
         """Return the prediction at a point; that of the last one is kept."""
-        if self._found is None or self._at is None or not np.array_equal(inner, self._at):
-            before = self._found
+        if self._last is None or self._at is None or not np.array_equal(inner, self._at):
+            before = self._last
             self._at = np.array(inner)
-            self._found = self.problem.predictor.at(self.problem.values(inner))
+            self._last = self.problem.predictor.at(self.problem.values(inner))
             self.evaluations += 1
-            self.changes += before is not None and before.sequence != self._found.sequence
-        return self._found
+            self.changes += before is not None and before.sequence != self._last.sequence
+        return self._last
 
     def residuals(self, inner: np.ndarray) -> np.ndarray:
         """Return predicted minus measured values, weighted."""
@@ -163,6 +163,8 @@ def minimise(problem: Problem, start: np.ndarray, tolerance: float = LOOSE, most
     """
     free = problem.free
     evaluate = Evaluator(problem)
+    # off the bounds, at which the scaled steps of SciPy's reflective method would vanish (Branch, Coleman and Li,
+    # SIAM J. Sci. Comput. 21 (1999) 1)
     inner = np.clip(problem.predictor.unknowns.inner(start)[free], 1e-9, 1 - 1e-9)
     if not free.size:
         return Minimum(problem.values(inner), evaluate.cost(inner), 1, 0)
@@ -204,6 +206,7 @@ def polished(problem: Problem, at: Minimum) -> Minimum:
     for _ in range(NEWTON if free.size else 0):
         rest = evaluate.residuals(inner)
         root = problem.loss.root(rest)
+        # directions that the data do not determine are left alone
         step = np.linalg.lstsq(root[:, None] * evaluate.jacobian(inner), -root * rest, rcond=1e-10)[0]
         trial = np.clip(inner + step, 0.0, 1.0)
         reached = evaluate.cost(trial)
@@ -252,8 +255,9 @@ def stepped_over(problem: Problem, at: Minimum, seed: int) -> Minimum:
 def _around(evaluate: Evaluator, inner: np.ndarray, seed: int) -> np.ndarray:
     """Return points around one: on the principal axes of the Jacobian, and scattered."""
     jacobian = evaluate.jacobian(inner)
-    noise = np.sqrt(2 * evaluate.cost(inner) / max(1, len(jacobian)))
+    noise = np.sqrt(2 * evaluate.cost(inner) / max(1, len(jacobian)))  # root mean square of the residuals
     _, sizes, axes = np.linalg.svd(jacobian, full_matrices=False)
+    # standard errors along the axes of the confidence ellipsoid
     error = np.minimum(noise / np.maximum(sizes, 1e-12), NEAR)
     points = [
         inner + way * np.minimum(reach * e, NEAR) * axis

@@ -104,11 +104,11 @@ def profile_of(
         raise SceneError(f"points is {points!r}; give at least {FEWEST}")
     walk = _Walk(problem, values, cost, k, cost + rise)
     ends = tuple(walk.end(way, _first_step(problem, values, k, jacobian, rise), points) for way in (-1, 1))
-    order = sorted(walk.found.items())
+    order = sorted(walk.minima.items())
     unknowns = problem.predictor.unknowns
     row, costs = np.array([v for v, _ in order]), np.array([m.cost for _, m in order])
     profile = Profile(unknowns.names[k], row, costs, (ends[0], ends[1]), level, cost + rise)
-    return Profiled(profile, min(walk.found.values(), key=lambda m: m.cost))
+    return Profiled(profile, min(walk.minima.values(), key=lambda m: m.cost))
 
 
 def _first_step(problem: Problem, values: np.ndarray, k: int, jacobian: np.ndarray, rise: float) -> float:
@@ -127,17 +127,17 @@ class _Walk:
     def __init__(self, problem: Problem, values: np.ndarray, cost: float, k: int, threshold: float):
         self.problem, self.k, self.threshold, self.cost = problem, k, threshold, cost
         self.begin = float(values[k])
-        self.found: dict[float, Minimum] = {self.begin: Minimum(values, cost, 0, 0)}
+        self.minima: dict[float, Minimum] = {self.begin: Minimum(values, cost, 0, 0)}
 
     def at(self, value: float) -> float:
         """Return how far the lowest cost at a value is from the threshold, as a signed root."""
-        if value not in self.found:
-            near = min(self.found, key=lambda v: abs(v - value))
+        if value not in self.minima:
+            near = min(self.minima, key=lambda v: abs(v - value))
             held = replace(self.problem, fixed={**self.problem.fixed, self.k: value})
-            start = self.found[near].values.copy()
+            start = self.minima[near].values.copy()
             start[self.k] = value
-            self.found[value] = minimise(held, start)
-        return self._root(self.found[value].cost)
+            self.minima[value] = minimise(held, start)
+        return self._root(self.minima[value].cost)
 
     def _root(self, cost: float) -> float:
         """Return a measure that is nearly linear in the value and zero at the threshold."""

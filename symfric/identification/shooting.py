@@ -41,7 +41,7 @@ class Joined(NamedTuple):
 
 class _State(NamedTuple):
     point: np.ndarray  # coordinates of values, then nodes over their sizes
-    found: Linearised
+    linearised: Linearised
     residuals: np.ndarray
     gaps: np.ndarray
 
@@ -95,7 +95,7 @@ class _Shooting:
 
     def slopes(self, state: _State) -> tuple[np.ndarray, np.ndarray]:
         """Return the derivatives of residuals and gaps by the coordinates."""
-        linearised, unknowns = state.found, self.problem.predictor.unknowns
+        linearised, unknowns = state.linearised, self.problem.predictor.unknowns
         stretch = np.concatenate([unknowns.stretch(unknowns.outer(state.point[: self.n_p])), self.sizes])
         J = self.problem.weight[:, None] * np.hstack([linearised.by_values, linearised.by_nodes]) * stretch
         C = np.hstack([linearised.gaps_by_values, linearised.gaps_by_nodes]) * stretch / self.sizes[:, None]
@@ -152,4 +152,4 @@ class _Shooting:
         root = np.sqrt(np.maximum(sizes, 0.0))[:, None] * axes.T / unknowns.stretch(values)
         gap = np.max(np.abs(state.gaps), initial=0.0)
         cost = 0.5 * float(state.residuals @ state.residuals) if gap < JOINED else np.inf
-        return Joined(values, cost, state.found.y, root, step * unknowns.stretch(values), self.evaluations)
+        return Joined(values, cost, state.linearised.y, root, step * unknowns.stretch(values), self.evaluations)

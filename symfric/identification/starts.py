@@ -7,7 +7,7 @@ import numpy as np
 from symfric.identification.local_fit import LOOSE, Minimum, Problem, costs_of, minimise
 
 TRIALS = 32  # points tried for each start
-MOST_TRIALS = 4096
+MOST_TRIALS = 4096  # a power of two, with which Sobol points are balanced
 APART = 0.03  # least distance of two starts, in units of the ranges
 PREFIX = 0.15  # first part of the time, whose cost has fewer minima
 WINDOWS = (PREFIX, 0.4)  # parts of the time that are fitted before the whole

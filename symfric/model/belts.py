@@ -9,8 +9,8 @@ from symfric.model.scene import Scene
 @alone(SYMBOLIC)
 def belt_speeds(scene: Scene) -> tuple[sp.Symbol, ...]:
     """Return the belt speeds: parameters that occur in a slip besides the velocities."""
-    found: list[sp.Symbol] = []
+    speeds: list[sp.Symbol] = []
     for contact in scene.contacts:
         drive = contact.slip.subs(dict.fromkeys(scene.system.u, 0))
-        found += sorted(drive.free_symbols & set(scene.parameters), key=str)
-    return tuple(dict.fromkeys(found))
+        speeds += sorted(drive.free_symbols & set(scene.parameters), key=str)
+    return tuple(dict.fromkeys(speeds))

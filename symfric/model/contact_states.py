@@ -58,8 +58,8 @@ def with_states(system: System, contacts: Sequence[Contact], held: Sequence[Held
     still = [s for h in held for s in h.states]
     if not own and not still:
         return system
-    found = [*(e for c in contacts for e in rates(c)), *([sp.S.Zero] * len(still))]
-    return replace(system, z=(*system.z, *own, *still), z_rate=(*system.z_rate, *found), made=len(own) + len(still))
+    changes = [*(e for c in contacts for e in rates(c)), *([sp.S.Zero] * len(still))]
+    return replace(system, z=(*system.z, *own, *still), z_rate=(*system.z_rate, *changes), made=len(own) + len(still))
 
 
 def without_states(system: System) -> System:

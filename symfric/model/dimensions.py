@@ -1,7 +1,7 @@
 """Dimensions of expressions: products of known and unknown units, compared term by term.
 
 A dimension is a product of powers of base units with a scale, times powers of units that are not known yet. It is kept
-as its logarithm, so that comparing two terms is a linear equation in the unknown ones, which it settles or contradicts.
+as its logarithm, so that comparing two terms is a linear equation, which determines an unknown one or is contradicted.
 """
 
 import math
@@ -57,8 +57,8 @@ PLAIN = Dimension()
 
 
 def _sum(a: Mapping[str, Fraction], b: Mapping[str, Fraction]) -> dict[str, Fraction]:
-    found = {k: a.get(k, Fraction(0)) + b.get(k, Fraction(0)) for k in (*a, *(k for k in b if k not in a))}
-    return {k: v for k, v in found.items() if v}
+    powers = {k: a.get(k, Fraction(0)) + b.get(k, Fraction(0)) for k in (*a, *(k for k in b if k not in a))}
+    return {k: v for k, v in powers.items() if v}
 
 
 class Mismatch(Exception):
@@ -78,9 +78,9 @@ class Dimensions:
 
     def copy(self, **also: Dimension) -> "Dimensions":
         """Return what is known so far, to add to; `also` holds further symbols."""
-        found = Dimensions({**self._known, **also})
-        found._new = self._new
-        return found
+        known = Dimensions({**self._known, **also})
+        known._new = self._new
+        return known
 
     def define(self, name: str, dimension: Dimension) -> None:
         """Give a symbol a dimension."""
@@ -88,7 +88,7 @@ class Dimensions:
 
     def of_name(self, name: str) -> Dimension:
         """Return the dimension of a symbol, as far as known."""
-        return self._settled(self._known[name] if name in self._known else Dimension(unknown={name: Fraction(1)}))
+        return self._resolved(self._known[name] if name in self._known else Dimension(unknown={name: Fraction(1)}))
 
     def new(self) -> Dimension:
         """Return a dimension that nothing is known of."""
@@ -96,28 +96,28 @@ class Dimensions:
         return Dimension(unknown={f" {self._new}": Fraction(1)})  # no symbol has such a name
 
     def equal(self, one: tuple[str, Dimension], other: tuple[str, Dimension]) -> None:
-        """Take both to be equal; settles an unknown unit, or raises Mismatch."""
-        rest = self._settled(one[1] / other[1])
+        """Take both to be equal; determines an unknown unit, or raises Mismatch."""
+        rest = self._resolved(one[1] / other[1])
         if not rest.unknown:
             if not rest.is_plain:
-                raise Mismatch((one[0], self._settled(one[1])), (other[0], self._settled(other[1])))
+                raise Mismatch((one[0], self._resolved(one[1])), (other[0], self._resolved(other[1])))
             return
         name, power = next(iter(rest.unknown.items()))
         others = {k: v for k, v in rest.unknown.items() if k != name}
         self._known[name] = Dimension(rest.base, rest.scale, others) ** (-1 / power)
 
-    def _settled(self, found: Dimension) -> Dimension:
+    def _resolved(self, dimension: Dimension) -> Dimension:
         while True:
-            name = next((n for n in found.unknown if n in self._known), None)
+            name = next((n for n in dimension.unknown if n in self._known), None)
             if name is None:
-                return found
-            power = found.unknown[name]
-            rest = {k: v for k, v in found.unknown.items() if k != name}
-            found = Dimension(found.base, found.scale, rest) * self._known[name] ** power
+                return dimension
+            power = dimension.unknown[name]
+            rest = {k: v for k, v in dimension.unknown.items() if k != name}
+            dimension = Dimension(dimension.base, dimension.scale, rest) * self._known[name] ** power
 
     def of(self, e: sp.Expr) -> Dimension:
         """Return the dimension of an expression, whose terms must agree; numbers in sums have the unit of the sum."""
-        return self._settled(self._of(e))
+        return self._resolved(self._of(e))
 
     def _of(self, e: sp.Expr) -> Dimension:
         if e.is_number or isinstance(e, sp.sign):
@@ -128,10 +128,10 @@ class Dimensions:
         return self.new() if rule is None else rule(self, e)
 
     def _product(self, e: sp.Expr) -> Dimension:
-        found = PLAIN
+        dimension = PLAIN
         for factor in e.args:
-            found = found * self._of(factor)
-        return found
+            dimension = dimension * self._of(factor)
+        return dimension
 
     def _same(self, e: sp.Expr) -> Dimension:
         terms = [(str(a), self._of(a)) for a in e.args if not a.is_number]

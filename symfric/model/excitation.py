@@ -61,11 +61,11 @@ class Excitation:
 
     def _frequencies(self, numbers: Sequence[float]) -> np.ndarray:
         with np.errstate(all="ignore"):
-            found = np.array([complex(e) for e in self._numbers(*numbers)])
-        for rate, number in zip(self.rates, found, strict=True):
+            values = np.array([complex(e) for e in self._numbers(*numbers)])
+        for rate, number in zip(self.rates, values, strict=True):
             if not np.isfinite(number) or number.imag:
                 raise SceneError(f"the frequency {rate} of the excitation is {number:g}; it must be finite and real")
-        return found.real
+        return values.real
 
     def period(self, values: Mapping[str, float]) -> float:
         """Return the period of the excitation for parameter values by name; perhaps a multiple of the least one.
@@ -128,10 +128,10 @@ def excitation_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Excitat
     """
     if scene.inputs:
         return Excitation(note=_SAMPLED)
-    found: dict[sp.Expr, None] = {}
+    angles: dict[sp.Expr, None] = {}
     for e, reduced in _of_time(scene, varied):
         try:
-            found |= dict.fromkeys(
+            angles |= dict.fromkeys(
                 rate for rate in _rates(reduced, {TIME, *scene.system.states, *scene.system.rows}, e) if rate != 0
             )
         except SceneError as reason:
@@ -142,8 +142,8 @@ def excitation_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Excitat
         first = sp.sympify(part.offset - part.every).subs({s: v for s, v in scene.values.items() if v is not None})
         if first.is_number and first >= 0:
             return Excitation(note="a clock starts later than a period of its own: the scene has no period")
-        found[2 * sp.pi / part.every] = None
-    return Excitation(tuple(found))
+        angles[2 * sp.pi / part.every] = None
+    return Excitation(tuple(angles))
 
 
 def periodic(scene: Scene, varied: frozenset[str] = frozenset()) -> Excitation | None:
@@ -154,15 +154,15 @@ def periodic(scene: Scene, varied: frozenset[str] = frozenset()) -> Excitation |
     SceneError
         If it has no period, for the values of the scene if all are given.
     """
-    found = excitation_of(scene, varied)
-    if found.note:
-        raise SceneError(found.note)
-    if not found:
+    excitation = excitation_of(scene, varied)
+    if excitation.note:
+        raise SceneError(excitation.note)
+    if not excitation:
         return None
     given = {s.name: v for s, v in scene.values.items() if v is not None}
     if len(given) == len(scene.values):
-        found.period(given)
-    return found
+        excitation.period(given)
+    return excitation
 
 
 def forcing_period(scene: Scene, varied: frozenset[str] = frozenset()) -> float | None:
@@ -173,8 +173,8 @@ def forcing_period(scene: Scene, varied: frozenset[str] = frozenset()) -> float 
     SceneError
         If it has no period.
     """
-    found = excitation_of(scene, varied)
-    return found.period({s.name: v for s, v in scene.parameter_values().items()}) if found else None
+    excitation = excitation_of(scene, varied)
+    return excitation.period({s.name: v for s, v in scene.parameter_values().items()}) if excitation else None
 
 
 @alone(SYMBOLIC)
@@ -186,9 +186,9 @@ def is_excited(scene: Scene, varied: frozenset[str] = frozenset()) -> bool:
 def _of_time(scene: Scene, varied: frozenset[str]) -> Iterator[tuple[sp.Expr, sp.Expr]]:
     """Yield the expressions of a scene that depend on time: as written, and with zero parameters inserted."""
     contacts = (e for c in scene.contacts for e in (c.slip, c.normal, c.profile, *c.law.expressions))
-    found = [e for e in map(sp.sympify, (*scene.system.expressions, *contacts)) if TIME in e.free_symbols]
-    zero = vanishing(scene, varied) if found else {}
-    for e in found:
+    timed = [e for e in map(sp.sympify, (*scene.system.expressions, *contacts)) if TIME in e.free_symbols]
+    zero = vanishing(scene, varied) if timed else {}
+    for e in timed:
         reduced = e.xreplace(dict(zero))
         if TIME in reduced.free_symbols:
             yield e, reduced
@@ -239,11 +239,11 @@ def _sum_of_waves(product: sp.Expr) -> sp.Expr:
 @lru_cache(1024)
 def _period(excitation: Excitation, numbers: tuple[float, ...]) -> float:
     """Return the period for the numbers of the excitation's symbols; shooting asks for the same ones many times."""
-    found = excitation._frequencies(numbers)
-    base = common_rate(found)
+    frequencies = excitation._frequencies(numbers)
+    base = common_rate(frequencies)
     if base is None:
-        told = ", ".join(f"{rate} = {number:.12g}" for rate, number in zip(excitation.rates, found, strict=True))
-        if not np.any(found):
+        told = ", ".join(f"{rate} = {number:.12g}" for rate, number in zip(excitation.rates, frequencies, strict=True))
+        if not np.any(frequencies):
             raise SceneError(f"the frequencies of the excitation are zero, so it has no period: {told}")
         raise SceneError(f"the frequencies of the excitation have no common period: {told}")
     return 2 * np.pi / base
@@ -288,8 +288,8 @@ def _simple(ratio: float) -> Fraction | None:
     """Return the fraction of small integers that equals a ratio >= 1 up to rounding; None if there is none."""
     if ratio > _MOST * (1 + _EQUAL):
         return None
-    found = Fraction(ratio).limit_denominator(max(1, math.isqrt(int(_MOST / ratio))))
-    return found if abs(float(found) - ratio) <= _EQUAL * ratio else None
+    fraction = Fraction(ratio).limit_denominator(max(1, math.isqrt(int(_MOST / ratio))))
+    return fraction if abs(float(fraction) - ratio) <= _EQUAL * ratio else None
 
 
 @alone(SYMBOLIC)

@@ -69,8 +69,8 @@ def without_signs(expr: sp.Expr, what: str, cure: str) -> sp.Expr:
     if isinstance(expr, sp.Piecewise):
         return sp.Piecewise(*((without_signs(e, what, cure), condition) for e, condition in expr.args))
     signs = sorted(expr.atoms(sp.sign), key=lambda e: (-e.count_ops(), str(e)))
-    for found in signs:
-        expr = _without_sign(expr, found.args[0], what, cure)
+    for sign in signs:
+        expr = _without_sign(expr, sign.args[0], what, cure)
     return expr
 
 

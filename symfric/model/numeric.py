@@ -107,13 +107,13 @@ def _at_the_edge(inverse: _Elementwise) -> _Elementwise:
 _EDGES = {"arcsin": _at_the_edge(np.arcsin), "arccos": _at_the_edge(np.arccos)}
 
 
-def _collect(expr: sp.Expr, found: dict[sp.Integral, sp.Symbol]) -> None:
+def _collect(expr: sp.Expr, integrals: dict[sp.Integral, sp.Symbol]) -> None:
     """Replace the outermost integrals of an expression by symbols, and collect them."""
     if isinstance(expr, sp.Integral):
-        found.setdefault(expr, sp.Dummy(f"integral_{len(found)}"))
+        integrals.setdefault(expr, sp.Dummy(f"integral_{len(integrals)}"))
     elif expr.has(sp.Integral):
         for argument in expr.args:
-            _collect(argument, found)
+            _collect(argument, integrals)
 
 
 def _depth(expr: sp.Expr) -> int:

@@ -33,11 +33,11 @@ def without_units(entries: Mapping[Any, Any], units: dict[str, str]) -> Mapping[
     """
     if not isinstance(entries, Mapping) or not any(map(is_quantity, entries.values())):
         return entries
-    found = dict(entries)
+    numbers = dict(entries)
     for key, value in entries.items():
         if is_quantity(value):
-            found[key] = number_of(value, name_of(key), units)
-    return found
+            numbers[key] = number_of(value, name_of(key), units)
+    return numbers
 
 
 def number_of(quantity: Any, name: str, units: dict[str, str]) -> float:
@@ -47,8 +47,8 @@ def number_of(quantity: Any, name: str, units: dict[str, str]) -> float:
         if (0 * quantity).to_base_units().magnitude:
             raise SceneError(f"{name} is in {unit}, whose zero is not that of its base unit; give it in another unit")
         text = units.setdefault(name, unit or "1")
-        given, wanted = dimension_of(type(quantity)(1.0, quantity.units)), read_unit(text, f"units.{name}")
-        if given.base != wanted.base:
+        given, expected = dimension_of(type(quantity)(1.0, quantity.units)), read_unit(text, f"units.{name}")
+        if given.base != expected.base:
             said = "a plain number" if text in NUMBER else f"in {text}"
             raise SceneError(f"{name} is {said}, and its value {shorten(quantity, 40)} is not")
-        return float(quantity.magnitude) * short_factor(given / wanted)
+        return float(quantity.magnitude) * short_factor(given / expected)

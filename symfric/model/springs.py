@@ -62,14 +62,14 @@ def read_stiffness(stiffness: Any, law: "Law", name: str) -> sp.Expr:
         If it is not positive, or the law is not Coulomb's.
     """
     what = f"stiffness of contact {name!r}"
-    found = expression(stiffness, what)
-    refuse_speed(found, what)
-    if found.is_number and not found > 0:
-        raise SceneError(f"{what} is {found}; it must be positive, or None for a contact without a spring")
+    spring = expression(stiffness, what)
+    refuse_speed(spring, what)
+    if spring.is_number and not spring > 0:
+        raise SceneError(f"{what} is {spring}; it must be positive, or None for a contact without a spring")
     if law.memory or SPEED in law.kinetic.free_symbols or (law.kinetic - law.stick).expand() != 0:
         raise SceneError(
             f"the law of contact {name!r} is {law.kinetic}, with the static coefficient {law.stick}; the slider behind "
             "a spring has no mass, and only Coulomb's law with one coefficient determines its motion: use "
             "sf.laws.coulomb(mu)"
         )
-    return found
+    return spring

@@ -51,8 +51,8 @@ def legible(name: str, what: str) -> str:
     """Return a name that can stand in a line of text and in XML; raise on control characters and the like."""
     odd = next((c for c in name if not c.isprintable()), None)
     if odd is not None or not name.strip():
-        found = "is empty" if odd is None else f"holds the character U+{ord(odd):04X}, which cannot be shown"
-        raise SceneError(f"the name {shorten(name, 40)!r} of {what} {found}; use letters, digits and signs")
+        fault = "is empty" if odd is None else f"holds the character U+{ord(odd):04X}, which cannot be shown"
+        raise SceneError(f"the name {shorten(name, 40)!r} of {what} {fault}; use letters, digits and signs")
     return name
 
 
@@ -82,10 +82,10 @@ def finite(value: Any, what: str, name: str = "") -> float:
 def numbers_of(value: Any, what: str) -> np.ndarray:
     """Return a number or an array of numbers as an array of floats; text is an error."""
     try:
-        found = np.asarray(value)
-        if found.dtype.kind in "USO" and any(isinstance(v, str | bytes) for v in found.flat):
+        array = np.asarray(value)
+        if array.dtype.kind in "USO" and any(isinstance(v, str | bytes) for v in array.flat):
             raise TypeError
-        return found.astype(float)
+        return array.astype(float)
     except (TypeError, ValueError):
         raise SceneError(f"{what} is {shortened(value)}; give numbers") from None
 

@@ -39,9 +39,9 @@ def _parsed(text: str) -> Dimension:
 
 def dimension_of(quantity: Any) -> Dimension:
     """Return the dimension of a quantity of pint of the size 1."""
-    found = quantity.to_base_units()
-    powers = {k: Fraction(v).limit_denominator(100) for k, v in found.dimensionality.items() if v}
-    return Dimension(powers, math.log(float(found.magnitude)))
+    base = quantity.to_base_units()
+    powers = {k: Fraction(v).limit_denominator(100) for k, v in base.dimensionality.items() if v}
+    return Dimension(powers, math.log(float(base.magnitude)))
 
 
 def read_unit(text: str, place: str = "") -> Dimension:
@@ -58,14 +58,14 @@ def read_unit(text: str, place: str = "") -> Dimension:
         ) from None
 
 
-def in_base_units(found: Dimension) -> str:
+def in_base_units(dimension: Dimension) -> str:
     """Return a dimension in m, kg, s, with its factor."""
-    order = [k for k in _BASE if k in found.base] + sorted(k for k in found.base if k not in _BASE)
-    parts = [(k, found.base[k]) for k in order]
+    order = [k for k in _BASE if k in dimension.base] + sorted(k for k in dimension.base if k not in _BASE)
+    parts = [(k, dimension.base[k]) for k in order]
     above = " ".join(_power(_BASE.get(k, k.strip("[]")), v) for k, v in parts if v > 0)
     below = " ".join(_power(_BASE.get(k, k.strip("[]")), -v) for k, v in parts if v < 0)
     text = (above or "1") + (f"/({below})" if " " in below else f"/{below}" if below else "")
-    size = factor(found)
+    size = factor(dimension)
     return text if abs(size - 1) < 1e-9 else f"{size:.6g} {text}"
 
 

@@ -77,27 +77,29 @@ class Units(Mapping[str, str]):
     @property
     def hertz(self) -> float:
         """Factor from an angular frequency to one in Hz; NaN where the unit of time is not known."""
-        found = self._known.of_name(TIME.name)
-        if not self or found.unknown or dict(found.base) != {"[time]": 1}:
+        time = self._known.of_name(TIME.name)
+        if not self or time.unknown or dict(time.base) != {"[time]": 1}:
             return math.nan
-        return 1 / (2 * math.pi * factor(found))
+        return 1 / (2 * math.pi * factor(time))
 
-    def _text(self, found: Dimension) -> str:
-        if found.unknown or found.is_plain:
+    def _text(self, dimension: Dimension) -> str:
+        if dimension.unknown or dimension.is_plain:
             return ""
         time = self.get(TIME.name, "")
-        if time and (found * read_unit(time)).is_plain:
+        if time and (dimension * read_unit(time)).is_plain:
             return f"1/{time}"
         for text in (*self._given, *_COMMON):
-            if text and (found / read_unit(text)).is_plain:
+            if text and (dimension / read_unit(text)).is_plain:
                 return text
-        rate = next((g for g in self._given if time and g and (found * read_unit(time) / read_unit(g)).is_plain), "")
+        rate = next(
+            (g for g in self._given if time and g and (dimension * read_unit(time) / read_unit(g)).is_plain), ""
+        )
         if rate.isalpha():  # mm/ms, where neither is among the usual ones
             return f"{rate}/{time}"
-        known = [text for text in (*self._given, *_COMMON) if text and read_unit(text).base == found.base]
+        known = [text for text in (*self._given, *_COMMON) if text and read_unit(text).base == dimension.base]
         if known:
-            return f"{factor(found / read_unit(known[0])):.6g} {known[0]}"
-        return in_base_units(found)
+            return f"{factor(dimension / read_unit(known[0])):.6g} {known[0]}"
+        return in_base_units(dimension)
 
 
 NO_UNITS = Units({}, Dimensions({}))
@@ -157,9 +159,9 @@ def units_of(scene: "Scene", given: Mapping[str, str], laws: Mapping[str, Letter
         units = Units(dict(given), known)
         for place, check in _equations(scene, known, laws):
             _checked(place, check, units, [c.name for c in scene.contacts])
-        found = {name: units._text(known.of_name(name)) for name in names if name not in given}
+        derived = {name: units._text(known.of_name(name)) for name in names if name not in given}
     shown = {name: "" if text in NUMBER else text for name, text in given.items()}
-    return Units({**shown, **found}, known, shown.values())
+    return Units({**shown, **derived}, known, shown.values())
 
 
 def check_outputs(units: Units, outputs: Mapping[str, object]) -> None:
@@ -310,8 +312,8 @@ def _of_spring(known: Dimensions, contact: "Contact", stiffness: sp.Expr) -> Non
 
 def _agree(known: Dimensions, rate: sp.Expr, z: sp.Symbol) -> None:
     if not rate.is_number:
-        wanted = (f"the rate of {z.name}", known.of_name(z.name) / known.of_name(TIME.name))
-        known.equal((str(rate), known.of(rate)), wanted)
+        rate_unit = (f"the rate of {z.name}", known.of_name(z.name) / known.of_name(TIME.name))
+        known.equal((str(rate), known.of(rate)), rate_unit)
 
 
 def with_unit(name: str, units: Mapping[str, str]) -> str:

@@ -59,14 +59,14 @@ def mean_spectrum(motions: Sequence[Motion], periods: Floats, damping: float = 0
     >>> (sf.motions.mean_spectrum([quake, quake.times(2.0)], [0.5]).pseudo_acceleration).round(6)
     array([25.017484])
     """
-    found = [m.spectrum(periods, damping) for m in _set(motions)]
+    spectra = [m.spectrum(periods, damping) for m in _set(motions)]
     return Spectrum(
-        found[0].periods,
-        found[0].damping,
-        np.mean([s.displacement for s in found], axis=0),
-        np.mean([s.pseudo_velocity for s in found], axis=0),
-        np.mean([s.pseudo_acceleration for s in found], axis=0),
-        f"mean of {len(found)} motions",
+        spectra[0].periods,
+        spectra[0].damping,
+        np.mean([s.displacement for s in spectra], axis=0),
+        np.mean([s.pseudo_velocity for s in spectra], axis=0),
+        np.mean([s.pseudo_acceleration for s in spectra], axis=0),
+        f"mean of {len(spectra)} motions",
     )
 
 
@@ -103,17 +103,17 @@ def scaled_set(
     [4.905]
     """
     motions = _set(motions)
-    wanted = finite(pga, "pga") * factor_of(unit, "the unit of pga")
-    if wanted <= 0:
+    target = finite(pga, "pga") * factor_of(unit, "the unit of pga")
+    if target <= 0:
         raise SceneError(f"pga is {pga}; it must be positive")
     if by == "record":
-        return tuple(m.scaled(wanted) for m in motions)
+        return tuple(m.scaled(target) for m in motions)
     if by != "mean spectrum":
         raise SceneError(f"by is {by!r}; scale by 'mean spectrum' or by 'record'")
     mean = float(np.mean([m.pga for m in motions]))
     if mean == 0:
         raise SceneError("every motion of the set is zero; it cannot be scaled")
-    return tuple(m.times(wanted / mean) for m in motions)
+    return tuple(m.times(target / mean) for m in motions)
 
 
 def _set(motions: Sequence[Motion]) -> tuple[Motion, ...]:

@@ -53,13 +53,13 @@ def _decimals(rows: list[str]) -> int | None:
 def _line(row: str, decimals: int | None, where: str) -> list[float]:
     """Return the numbers of one line."""
     fields, end = [], 0
-    for found in _REAL.finditer(row):
-        _check_between(row, end, found.start(), where)
-        if found.start() == end > 0 and found[0][0] not in "+-":
+    for number in _REAL.finditer(row):
+        _check_between(row, end, number.start(), where)
+        if number.start() == end > 0 and number[0][0] not in "+-":
             fields = _of_equal_decimals(row, decimals, where)
             break
-        fields.append(found[0])
-        end = found.end()
+        fields.append(number[0])
+        end = number.end()
     else:
         _check_between(row, end, len(row), where)
     values = [float(re.sub("[dD]", "e", f)) for f in fields]
@@ -73,9 +73,9 @@ def _of_equal_decimals(row: str, decimals: int | None, where: str) -> list[str]:
     if decimals is not None:
         field = re.compile(rf"\s*([+-]?\d*\.\d{{{decimals}}}(?:[EeDd][+-]?\d\d)?)")
         fields, end = [], 0
-        while found := field.match(row, end):
-            fields.append(found[1])
-            end = found.end()
+        while field_match := field.match(row, end):
+            fields.append(field_match[1])
+            end = field_match.end()
         if not row[end:].strip():
             return fields
     raise SceneError(f"{where}: numbers touch and cannot be told apart; put blanks between them")

@@ -133,12 +133,12 @@ class Motion(Result, Drawable):
         SceneError
             If pga is not positive, or the motion is zero.
         """
-        wanted = finite(pga, "pga") * factor_of(unit, "the unit of pga")
-        if wanted <= 0:
+        target = finite(pga, "pga") * factor_of(unit, "the unit of pga")
+        if target <= 0:
             raise SceneError(f"pga is {pga}; it must be positive")
         if self.pga == 0:
             raise SceneError(f"{self.name} is zero throughout; it cannot be scaled to a peak")
-        return self.times(wanted / self.pga)
+        return self.times(target / self.pga)
 
     def times(self, factor: float) -> "Motion":
         """Return the motion with every sample multiplied.

@@ -84,11 +84,11 @@ def random_forcing(
     waves = np.arange(max(1, math.ceil(low * n * dt - 1e-9)), math.floor(high * n * dt + 1e-9) + 1)
     if not waves.size:
         raise SceneError(f"the band ({low:g}, {high:g}) Hz is narrower than one over twice the duration; lengthen it")
-    found = []
+    signals = []
     for own in np.random.SeedSequence(seed).spawn(int(number)):
         rng = np.random.default_rng(own)
         lines = np.zeros(n // 2 + 1, dtype=complex)
         parts = rng.standard_normal((2, waves.size)) * rms / math.sqrt(waves.size)
         lines[waves] = parts[0] - 1j * parts[1]
-        found.append(Signal(np.fft.irfft(lines, n)[:size] * (n / 2), dt, unit=unit))
-    return tuple(found)
+        signals.append(Signal(np.fft.irfft(lines, n)[:size] * (n / 2), dt, unit=unit))
+    return tuple(signals)

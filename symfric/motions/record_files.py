@@ -107,8 +107,8 @@ def read_at2(path: str | Path, *, dt: float | None = None, unit: str | None = No
     0.2
     """
     name, rows = read_lines(path)
-    number, found = _header_line(name, rows)
-    count, printed = int(found[1]), found[2]
+    number, stated = _header_line(name, rows)
+    count, printed = int(stated[1]), stated[2]
     step = _step(printed, dt, f"{name}, line {number}")
     if count < 2:
         raise SceneError(f"{name}, line {number}: NPTS is {count}; a record has at least two samples")
@@ -136,9 +136,9 @@ def _without_end_mark(rows: list[str]) -> list[str]:
 def _header_line(name: str, rows: list[str]) -> tuple[int, re.Match[str]]:
     """Return the number, from 1, of the line with NPTS and DT."""
     for number, row in enumerate(rows[:HEADER_LINES], 1):
-        found = _NAMED.search(row) or _NUMBERS_FIRST.match(row)
-        if found:
-            return number, found
+        stated = _NAMED.search(row) or _NUMBERS_FIRST.match(row)
+        if stated:
+            return number, stated
         if re.search("NPTS", row, re.IGNORECASE):
             raise SceneError(
                 f"{name}, line {number}: NPTS and DT cannot be read; write the line as NPTS= 4000, DT= .01000 SEC"
@@ -181,9 +181,9 @@ def _at2_unit(name: str, header: list[str], given: str | None) -> str:
                 f"{name}, line {number}: a {other[1].lower()}; take the record of the acceleration, which ends with "
                 ".AT2 at PEER"
             )
-        found = _UNIT.search(row) or _stated_beside(row)
-        if found:
-            unit = found[1].rstrip(".,;)]").lstrip("(")
+        stated = _UNIT.search(row) or _stated_beside(row)
+        if stated:
+            unit = stated[1].rstrip(".,;)]").lstrip("(")
             factor = factor_of(unit, f"{name}, line {number}: the unit", quoted=False)
             if given is not None and factor_of(given, "unit") != factor:
                 raise SceneError(f"{name}, line {number}: the unit is {unit}, and unit={given!r} is given; drop one")
@@ -280,9 +280,9 @@ def _is_head(fields: list[str]) -> bool:
 
 
 def _refuse_other_quantity(name: str, number: int, text: str) -> None:
-    found = _QUANTITY.search(text) or _IN_BRACKETS.search(text)
-    if found and not re.search("acc", text, re.IGNORECASE):
-        raise SceneError(f"{name}, line {number}: says {found[0]!r}, no acceleration; take the acceleration instead")
+    quantity = _QUANTITY.search(text) or _IN_BRACKETS.search(text)
+    if quantity and not re.search("acc", text, re.IGNORECASE):
+        raise SceneError(f"{name}, line {number}: says {quantity[0]!r}, no acceleration; take the acceleration instead")
 
 
 def _step_of_times(name: str, times: np.ndarray, numbers: list[int]) -> float:

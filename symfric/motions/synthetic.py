@@ -244,8 +244,8 @@ def synthetic(
         raise SceneError(f"seed is {seed!r}; give a whole number that is not negative")
     n = round(duration / dt) + 1
     best = _synthesis(at, scale * target, seed, damping, n, dt, (rise, decay), iterations)
-    found = Motion(best, dt, name=f"synthetic {seed}")
-    return replace(found, note=_nearness(misfit(found, at, scale * target, damping), at))
+    motion = Motion(best, dt, name=f"synthetic {seed}")
+    return replace(motion, note=_nearness(misfit(motion, at, scale * target, damping), at))
 
 
 def _nearness(off: Misfit, periods: np.ndarray) -> str:
@@ -297,14 +297,14 @@ def _synthesis(
     best, smallest = np.zeros(n), np.inf
     for k in range(iterations):
         a = _without_drift(envelope * np.fft.irfft(amplitude * turn)[:n], envelope)
-        found = _coarse(a, dt, periods, damping)
+        coarse = _coarse(a, dt, periods, damping)
         if k == 0:
-            level = np.exp(np.mean(np.log(values / found)))
-            a, found, amplitude = level * a, level * found, level * amplitude
-        off = np.max(np.abs(found / values - 1))
+            level = np.exp(np.mean(np.log(values / coarse)))
+            a, coarse, amplitude = level * a, level * coarse, level * amplitude
+        off = np.max(np.abs(coarse / values - 1))
         if off < smallest:
             best, smallest = a, off
-        amplitude *= np.exp(_RELAXED * np.interp(inside, known, np.log(values / found)[::-1]))
+        amplitude *= np.exp(_RELAXED * np.interp(inside, known, np.log(values / coarse)[::-1]))
     return best
 
 
@@ -329,7 +329,7 @@ def _without_drift(a: np.ndarray, envelope: np.ndarray) -> np.ndarray:
 
 def _coarse(a: np.ndarray, dt: float, periods: np.ndarray, damping: float) -> np.ndarray:
     """Return the pseudo-accelerations from peaks at a few points per period."""
-    found = []
+    peaks = []
     for T in periods:
         omega = 2 * math.pi / T
         eigenvalue = omega * complex(-damping, math.sqrt(1 - damping**2))
@@ -337,5 +337,5 @@ def _coarse(a: np.ndarray, dt: float, periods: np.ndarray, damping: float) -> np
         grid = np.arange((a.size - 1) * parts + 1) / parts
         fine = a if parts == 1 else np.interp(grid, np.arange(a.size), a)
         x = filtered(fine, dt / parts, eigenvalue).imag / eigenvalue.imag
-        found.append(omega**2 * np.max(np.abs(x)))
-    return np.array(found)
+        peaks.append(omega**2 * np.max(np.abs(x)))
+    return np.array(peaks)

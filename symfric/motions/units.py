@@ -28,11 +28,11 @@ def _read(unit: str) -> tuple[str, float]:
     if plain in _AT_ONCE:
         return _KINDS[-2], _AT_ONCE[plain]
     try:
-        found = read_unit(plain)
+        dimension = read_unit(plain)
     except SceneError:
         return "", 1.0
-    moved = {**found.base, "[time]": 0} == {"[length]": 1, "[time]": 0}  # a length, whatever the power of time
-    return _KINDS.get(found.base.get("[time]", 0), "") if moved else "", short_factor(found)
+    moved = {**dimension.base, "[time]": 0} == {"[length]": 1, "[time]": 0}  # a length, whatever the power of time
+    return _KINDS.get(dimension.base.get("[time]", 0), "") if moved else "", short_factor(dimension)
 
 
 def is_acceleration(unit: str) -> bool:

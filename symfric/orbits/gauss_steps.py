@@ -17,7 +17,7 @@ import numpy as np
 
 from symfric.errors import NoRoute
 
-NODES = 8
+NODES = 8  # order 16: that of Gauss's collocation is twice the number of nodes (Hairer and Wanner II, IV.5)
 REACH = 4.0  # largest |eigenvalue| times step; the error of order 16 is then some 1e-13
 _LOST = 1e-11  # largest relative error of a matrix made again from its eigenvectors
 _DEPENDENT = "the eigenvectors of the free structure are nearly dependent"
@@ -82,6 +82,7 @@ def motion_of(A: np.ndarray) -> Motion:
     k = 0
     for i in np.argsort(-values.imag, kind="stable"):
         if values[i].imag > 0:
+            # these two span the plane in which a conjugate pair turns, so the flow stays real
             X[:, k], X[:, k + 1] = vectors[:, i].real, vectors[:, i].imag
             rate[k : k + 2], turn[k], turn[k + 1] = values[i].real, values[i].imag, -values[i].imag
             partner[k], partner[k + 1] = k + 1, k

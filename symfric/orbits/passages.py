@@ -127,7 +127,7 @@ def runs_of(scene: Scene, automaton: Automaton, parameters: tuple[str, ...], tol
     return DirectedRuns(scene, automaton, parameters, tolerance)
 
 
-def _wanted(automaton: Automaton, scene: Scene) -> Observables:
+def _observables(automaton: Automaton, scene: Scene) -> Observables:
     rows = [Row(RANGE, s) for s in scene.system.states]
     return Observables((*[Row(TURN, sp.S.Zero)] * slip_gap(len(automaton.contacts)), *rows), {}, False, True)
 
@@ -141,8 +141,8 @@ class DirectedRuns:
         self._slots = n_x if n_x <= MANY else _SLOTS
         directions = (*automaton.states[: self._slots], *parameters)  # the states' columns start with what a run needs
         variations = varied(automaton, scene, directions, slip_gap(len(automaton.contacts)))
-        wanted = _wanted(automaton, scene)
-        self._model, _ = model_with_derivatives(scene, variations, wanted, tolerance, BUDGETS)
+        observables = _observables(automaton, scene)
+        self._model, _ = model_with_derivatives(scene, variations, observables, tolerance, BUDGETS)
         self._starts = [self._columns(k) for k in range(0, n_x, self._slots)]
 
     def follow(self, y: np.ndarray, p: np.ndarray, time: float) -> Followed:
@@ -202,8 +202,8 @@ class RecordedRun:
         self._variations = Variations(automaton, channels, parameters, n_rows)
         order = order_for(tolerance, len(automaton.states), is_branching(automaton.field))
         budgets, fine = (BUDGETS.max_steps, BUDGETS.max_events), MARGIN * tolerance
-        variants, wanted = variants_of(automaton, order, -1), _wanted(automaton, scene)
-        self._model = series_model(scene, automaton, variants, wanted, budgets, (fine, fine)).pausing()
+        variants, observables = variants_of(automaton, order, -1), _observables(automaton, scene)
+        self._model = series_model(scene, automaton, variants, observables, budgets, (fine, fine)).pausing()
         self._n_rows = n_rows
 
     @cached_property

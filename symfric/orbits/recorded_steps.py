@@ -43,7 +43,7 @@ class Recorder:
 
     def __init__(self, model: CompiledModel, n_rows: int):
         self._workspace, self._rows = Workspace(model), n_rows
-        self._found: list[tuple[Any, ...]] = []
+        self._taken: list[tuple[Any, ...]] = []
 
     @property
     def arrays(self) -> LoopArrays:
@@ -54,9 +54,9 @@ class Recorder:
     def drive(self, y: np.ndarray, p: np.ndarray, t_end: float) -> Status:
         """Run from state y at t = 0 to a time."""
         self.arrays.clock.t_end = t_end
-        self._found.clear()
+        self._taken.clear()
         status = self._workspace.drive(y, p, self._note)
-        if status == Status.OK and self.arrays.counts.steps > len(self._found):
+        if status == Status.OK and self.arrays.counts.steps > len(self._taken):
             self._note(1.0)
         return status
 
@@ -66,11 +66,11 @@ class Recorder:
         slow = np.sqrt(2.0 * w.clock.tolerance) * size / max(np.max(ratio), 1e-300)
         place = w.observed.total[: self._rows, 2].copy()
         row = w.y[-1] + w.clock.t_low, w.c[:n_x].copy(), w.m.copy(), w.guards.hit.copy(), place, slow, w.y[:n_x].copy()
-        self._found.append(row)
+        self._taken.append(row)
 
     def steps(self) -> Steps:
         """Return the steps of the last run."""
-        t, coefficients, mode, hit, places, least, ends = (np.array(e) for e in zip(*self._found, strict=True))
+        t, coefficients, mode, hit, places, least, ends = (np.array(e) for e in zip(*self._taken, strict=True))
         return Steps(np.append(0.0, t), coefficients, mode, hit, least, ends, places)
 
     def log(self) -> tuple[np.ndarray, np.ndarray]:

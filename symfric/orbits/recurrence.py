@@ -50,6 +50,7 @@ def passages(run: Run, weights: np.ndarray, level: float, most: int = 0) -> np.n
     s = high * before[steps] / (before[steps] - before[steps + 1])
     for _ in range(_CORRECTIONS):  # Newton's method, with bisection where it leaves the bracket
         value, slope = c[:, -1], np.zeros(steps.size)
+        # Horner's rule for the value and its slope at once
         for j in range(c.shape[1] - 2, -1, -1):
             value, slope = value * s + c[:, j], slope * s + value
         low, high = np.where(value < level, s, low), np.where(value < level, high, s)
@@ -73,7 +74,7 @@ def nearest_return(states: np.ndarray, size: np.ndarray) -> int:
 
 def _of_excited(run: Run, end: float, forcing: float) -> Recurrence:
     """Return the period of a forced motion, from the states once in every period of the excitation."""
-    count = int(np.floor(end / forcing + 1e-9))
+    count = int(np.floor(end / forcing + 1e-9))  # the end may lie before a whole period by rounding
     states = run(np.minimum(forcing * np.arange(count + 1), end))
     size = _ranges(run, end)
     back = (k for k in range(1, min(MOST, count // LEAST) + 1) if _come_back(states, k, size))

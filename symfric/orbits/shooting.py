@@ -22,7 +22,7 @@ from symfric.errors import NotFound
 from symfric.orbits.flow_map import FlowMap
 from symfric.orbits.passages import Passage
 
-MOST_STEPS = 25
+MOST_STEPS = 25  # of Newton's method
 _HALVINGS = 6  # most halvings of a Newton step that does not reduce the residual
 _STEP = 1e-6  # finite-difference step relative to the sizes of the unknowns
 _ROUNDING = 1e-15  # change relative to a step, and to the sizes of the unknowns, that is rounding only
@@ -131,6 +131,7 @@ class ShootingSystem:
         passage = self.follow(z)
         if phase is None:
             size = passage.ranges
+            # Poincare's phase condition: the start may move only across the motion, measured in ranges of the states
             phase = passage.rate / size**2 / max(np.linalg.norm(passage.rate / size), 1e-300)
         y, _, values = self.unpack(z)
         n = y.size

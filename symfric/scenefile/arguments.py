@@ -18,10 +18,10 @@ _Made = TypeVar("_Made")
 
 def functions_returning(module: ModuleType, result: type) -> dict[str, Callable[..., Any]]:
     """Return the public functions of a module or package with the return annotation `result`."""
-    found = inspect.getmembers(module, inspect.isfunction)
+    functions = inspect.getmembers(module, inspect.isfunction)
     return {
         name: f
-        for name, f in found
+        for name, f in functions
         if not name.startswith("_")
         and f"{f.__module__}.".startswith(f"{module.__name__}.")
         and f.__annotations__.get("return") is result

@@ -46,7 +46,7 @@ def read_designs(
             raise SceneError(f"[design] has no key {shorten(kind, 40)!r}{nearest(kind, known)}")
     names = {s.name: s for s in (*scene.system.states, *scene.parameters)}
     expression, motion = lambda text, at: parse_expression(text, names, at), partial(read_motion, folder=folder)
-    found = []
+    plans = []
     for asked in PLANS:
         if asked.kind in tables:
             place = f"design.{asked.kind}"
@@ -54,5 +54,5 @@ def read_designs(
             if plan.model not in (None, model):
                 mine = model or "equations of its own"
                 raise SceneError(f"[{place}] takes the ready scene {plan.model}; this file has {mine}")
-            found.append(plan.read(TableReader(place, scene, model, expression, motion)))
-    return tuple(found)
+            plans.append(plan.read(TableReader(place, scene, model, expression, motion)))
+    return tuple(plans)

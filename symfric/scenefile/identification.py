@@ -58,13 +58,13 @@ class IdentificationPlan:
         missing = next((n for n in self.observed if n not in columns), None)
         if missing is not None:
             raise SceneError(f"identify.observed names {missing}, which is no column of {self.record.name}")
-        found = {n: r for n, r in columns.items() if n in known}
-        if not found:
+        measured = {n: r for n, r in columns.items() if n in known}
+        if not measured:
             shown = ", ".join(s.name for s in scene.system.states[:6])
             raise SceneError(
                 f"no column of {self.record.name} is a state ({shown}); say what they are in [identify.observed]"
             )
-        return found
+        return measured
 
     def __call__(self, scene: Scene) -> "Fit":
         """Compute the fit; raises the exceptions of `symfric.identification.identify.identify`."""

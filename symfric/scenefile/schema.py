@@ -233,11 +233,11 @@ def _with_states_of_contacts(scene: dict[str, Any]) -> dict[str, Any]:
 
 def _flat(table: dict[str, Any], depth: int = 0) -> dict[str, Any]:
     """Return a table of tables as one, with the names joined by points."""
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     for name, value in table.items():
         inner = isinstance(value, dict) and value and depth < _DEEPEST_NAME
-        found |= {f"{name}.{own}": v for own, v in _flat(value, depth + 1).items()} if inner else {name: value}
-    return found
+        entries |= {f"{name}.{own}": v for own, v in _flat(value, depth + 1).items()} if inner else {name: value}
+    return entries
 
 
 def _table(value: object, place: str) -> dict[str, Any]:

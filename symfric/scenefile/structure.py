@@ -244,7 +244,7 @@ def _contacts(
     document: Document, source: _Source, names: _Names, parameters: Mapping[str, sp.Symbol]
 ) -> "tuple[list[Any], tuple[LawSpec, ...]]":
     """Return the contacts and their laws for display; a maker's own ones where a contact has no slip."""
-    found: list[Any] = []
+    contacts: list[Any] = []
     specs: list[LawSpec] = []
     for i, friction in enumerate(document.friction):
         assert isinstance(friction, RowFriction)
@@ -256,16 +256,16 @@ def _contacts(
         if friction.slip is None:
             made = _made(friction, place, source, law, own, parameters)
             specs += [spec_of(friction, c.name) for c in made]
-            found += made
+            contacts += made
             continue
         name = contact_name(document, i)
-        found.append(_contact(friction, name, place, law, own, names, source.structure))
+        contacts.append(_contact(friction, name, place, law, own, names, source.structure))
         specs.append(spec_of(friction, name))
-    for contact in found:
+    for contact in contacts:
         numbers = {parameters[n]: v for n, v in document.values.items()}
         if contact.speed.free_symbols <= set(numbers):
             finite_value(contact.speed, numbers, f"the speed of contact {contact.name!r}")
-    return found, tuple(specs)
+    return contacts, tuple(specs)
 
 
 def _made(

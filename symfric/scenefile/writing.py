@@ -33,26 +33,26 @@ def with_friction_values(tables: Mapping[str, Any], path: str) -> dict[str, Any]
         _open(whole, contact, key)
     if _readable(whole, path):
         return whole
-    found = copy.deepcopy(dict(tables))
-    for contact, key in _numbers_of_laws(found):  # some number must stay one: find which
-        before = copy.deepcopy((found.get("values", {}), contact[key]))
-        _open(found, contact, key)
-        if not _readable(found, path):
-            found["values"], contact[key] = before
-    return found
+    changed = copy.deepcopy(dict(tables))
+    for contact, key in _numbers_of_laws(changed):  # some number must stay one: find which
+        before = copy.deepcopy((changed.get("values", {}), contact[key]))
+        _open(changed, contact, key)
+        if not _readable(changed, path):
+            changed["values"], contact[key] = before
+    return changed
 
 
 def with_numbers(
     tables: Mapping[str, Any], values: Mapping[str, float], initial: Mapping[str, float]
 ) -> dict[str, Any]:
     """Return the tables with other values and initial values."""
-    found = copy.deepcopy(dict(tables))
-    scene = found.setdefault("scene", {})
+    changed = copy.deepcopy(dict(tables))
+    scene = changed.setdefault("scene", {})
     for name, value in values.items():
-        (scene if name in scene else found.setdefault("values", {}))[name] = value
+        (scene if name in scene else changed.setdefault("values", {}))[name] = value
     if initial:
         scene["initial"] = {**scene.get("initial", {}), **initial}
-    return found
+    return changed
 
 
 def _contacts(tables: Mapping[str, Any]) -> list[dict[str, Any]]:

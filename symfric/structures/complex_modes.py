@@ -25,10 +25,10 @@ from symfric.structures.checks import positive_count
 from symfric.structures.krylov import largest
 
 _DENSE = 60  # degrees of freedom up to which all modes are computed
-_EXTRA = 3
+_EXTRA = 3  # eigenvalues computed beside those asked for, so that none of equal distance is cut off
 _LAST = 1e-3  # by which a shift is moved at the most
 _CLOSE = 1e-9  # of a shift: distance from an eigenvalue
-_SEED = 3
+_SEED = 3  # fixed, so that the same structure gives the same modes
 _RIGID = 1e-11  # of the sum of the magnitudes of its terms: strain energy that is zero
 _UPPER = 1e-9  # of an eigenvalue: an imaginary part below which it is real
 
@@ -222,6 +222,7 @@ def _damped(pencil: Pencil, count: int, near: complex) -> tuple[np.ndarray, np.n
 def _slowest(solve: Callable[..., Any], M: sps.csr_array) -> float:
     """Return about the lowest frequency beside a shift, by some inverse iterations."""
     x = np.random.default_rng(_SEED).standard_normal(M.shape[0])
+    # its order of magnitude is enough to place a shift
     for _ in range(4):
         x = x / np.linalg.norm(x)
         x, before = solve(M @ x), x

@@ -144,7 +144,7 @@ class _Search:
 
     def __init__(self, family: _Family, low: float, high: float):
         self.family, self.low, self.high, self.left = family, low, high, _MOST
-        self.found: list[Crossing] = []
+        self.crossings: list[Crossing] = []
         self.size = 0.0
         self.step = self._damped if family.kind == "damped" else self._neutral
 
@@ -154,10 +154,10 @@ class _Search:
         todo = list(pairwise(nodes))[::-1]
         while todo:
             a, b = todo.pop()
-            known = len(self.found)
+            known = len(self.crossings)
             if self.step(*_matched(a, b), self.left <= 0 or b.mu - a.mu <= _SHORT * (self.high - self.low)):
                 continue
-            del self.found[known:]
+            del self.crossings[known:]
             middle = self._node(0.5 * (a.mu + b.mu))
             todo += [(middle, b), (a, middle)]
         return self._distinct()
@@ -171,7 +171,7 @@ class _Search:
         kept: list[Crossing] = []
         width = 2 * _SHORT * (self.high - self.low)
         slow = _LOW * self.family.omega(self.size)
-        for new in sorted(self.found):
+        for new in sorted(self.crossings):
             if new.omega > slow and not any(
                 new.begins == e.begins and new.mu - e.mu <= width and abs(new.omega - e.omega) <= 1e-6 * e.omega
                 for e in kept
@@ -204,7 +204,7 @@ class _Search:
             if before != after and last and not self._refined(a, b, i):
                 omega = min(abs(float(e.values[i].imag)) for e in (a, b))
                 if omega > _TURNED * self.size:
-                    self.found.append(Crossing(0.5 * (a.mu + b.mu), omega, after > 0, False))
+                    self.crossings.append(Crossing(0.5 * (a.mu + b.mu), omega, after > 0, False))
         return True
 
     def _refined(self, a: _Node, b: _Node, i: int) -> bool:
@@ -228,7 +228,7 @@ class _Search:
         if abs(value.real) > 10 * _FLOOR * self.size:
             return False
         mu = float(min(max(mu, self.low), self.high))
-        self.found.append(Crossing(mu, abs(value.imag), change.real > 0, False))
+        self.crossings.append(Crossing(mu, abs(value.imag), change.real > 0, False))
         return True
 
     # Without damping: the discriminant of a pair
@@ -297,7 +297,7 @@ class _Search:
 
     def _add(self, mu: float, middle: float, begins: bool) -> None:
         if middle > 0:
-            self.found.append(Crossing(mu, self.family.omega(middle), bool(begins), True))
+            self.crossings.append(Crossing(mu, self.family.omega(middle), bool(begins), True))
 
 
 def _sign(value: float, slope: float, floor: float, side: int) -> int:

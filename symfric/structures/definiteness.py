@@ -16,8 +16,8 @@ import scipy.sparse.linalg as spla
 from symfric.structures.complex_modes import Pencil
 from symfric.structures.factors import definite
 
-_DENSE = 60
-_SYMMETRIC = 1e-14
+_DENSE = 60  # degrees of freedom up to which all eigenvalues are computed
+_SYMMETRIC = 1e-14  # relative size of a skew part that is rounding of the assembly
 
 
 class Verdict(NamedTuple):
@@ -67,6 +67,7 @@ def _least(A: sps.csr_array, M: sps.csr_array) -> float:
     if A.shape[0] <= _DENSE:
         return float(sla.eigh(A.toarray(), M.toarray(), eigvals_only=True)[0])
     (value,) = spla.eigsh(sps.csc_matrix(A), 1, sps.csc_matrix(M), sigma=0.0, return_eigenvectors=False)
+    # a proof needs a lower bound, and a Ritz value of a definite matrix never lies below the least eigenvalue
     return float(value) * (1 - 1e-8)
 
 
@@ -78,4 +79,5 @@ def _largest_skew(N: sps.csr_array, M: sps.csr_array) -> float:
     square = spla.LinearOperator(N.shape, lambda x: N.T @ factors.solve(N @ x.ravel()), dtype=float)
     (value,) = spla.eigsh(square, 1, sps.csc_matrix(M), Minv=spla.LinearOperator(N.shape, factors.solve, dtype=float),
                           return_eigenvectors=False)  # fmt: skip
+    # a proof needs an upper bound, and a Ritz value never lies above the largest eigenvalue
     return float(np.sqrt(max(value, 0.0))) * (1 + 1e-8)

@@ -3,7 +3,7 @@
 The space ``[V, op V, op^2 V, ...]`` of a block V of random vectors is kept orthonormal, and the eigenvalues of the
 operator within it are taken until they have converged (Saad, Numerical Methods for Large Eigenvalue Problems, 2011,
 6.2 and 6.5). Without restarts: for an operator that is the inverse of a pencil near a shift, some multiples of the
-number of eigenvalues wanted are enough.
+number of eigenvalues asked for are enough.
 """
 
 from collections.abc import Callable
@@ -15,11 +15,11 @@ from symfric.errors import NotFound
 
 _TIGHT = 1e-13  # of an eigenvalue: residual of those found
 _STALLED = 1e-8  # residual that is taken if larger spaces do not halve it: rounding of the operator itself
-_TWICE = 2
+_TWICE = 2  # spaces in a row without a gain after which rounding is taken as reached
 _ROUGH = 1e-2  # of the largest one left: residual, and distance from those found
-_SEED = 11
-_BLOCK = 2
-_TURNS = 6
+_SEED = 11  # fixed, so that the same structure gives the same modes
+_BLOCK = 2  # one vector leads to one copy of a double eigenvalue only (Saad, 6.5)
+_TURNS = 6  # most repetitions in the complement of what was found
 _SHORT = 40  # dimension of the space in which missing ones are looked for
 _MOST = 12  # of the number of eigenvalues wanted: dimension of the space at which the method gives up, beside 120
 
@@ -98,6 +98,8 @@ def arnoldi(
     for m in range(_BLOCK, limit + 1, _BLOCK):
         now, known = slice(m - _BLOCK, m), basis[:, :m]
         new = np.column_stack([operator(e) for e in basis[:, now].T])
+        # the second pass removes what cancellation leaves in the first: twice is enough (Parlett,
+        # The Symmetric Eigenvalue Problem, 1998, 6.9)
         for _ in range(2):
             part = known.conj().T @ new
             matrix[:m, now] += part
@@ -108,6 +110,7 @@ def arnoldi(
         values, inside = np.linalg.eig(matrix[:m, :m])
         order = np.argsort(-np.abs(values), kind="stable")[:k]
         values, inside = values[order], inside[:, order]
+        # the residual of a Ritz pair without forming its vector (Saad, 6.2)
         left = np.linalg.norm(matrix[m : m + _BLOCK, now] @ inside[now], axis=0)
         error, before = float(np.max(left / np.abs(values))), error
         stalled = stalled + 1 if error <= _STALLED and error > 0.5 * before else 0

@@ -24,8 +24,8 @@ from symfric.structures.factors import factorised, negative_pivots
 _DENSE = 60  # degrees of freedom up to which all modes are computed
 _EXTRA = 4  # modes computed beside those wanted, among which a gap is looked for
 _GAP = 1e-6  # relative, between eigenvalues that a shift can tell apart
-_TURNS = 12
-_SEED = 7
+_TURNS = 12  # most searches for modes that the count by Sylvester's law of inertia says are missing
+_SEED = 7  # fixed, so that the same structure gives the same modes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -225,6 +225,8 @@ def _missing(
     asked = np.sort(values[np.argsort(np.abs(_root(values) - near), kind="stable")[:count]])
     size = max(abs(values[0]), abs(values[-1]), abs(shift))
     low, high = _gap_below(values, asked[0], size), _gap_above(values, asked[-1], size)
+    # Sylvester's law of inertia: K - s M has as many negative pivots as there are eigenvalues below s (Parlett,
+    # The Symmetric Eigenvalue Problem, 1998, 3.3)
     below, above = negative_pivots(K - low * M), negative_pivots(K - high * M)
     if below is None or above is None:
         return None

@@ -27,8 +27,8 @@ from symfric.structures.factors import factorised
 if TYPE_CHECKING:
     from symfric.structures.structure import Structure
 
-_RANK = 1e-10
-_SEED = 5
+_RANK = 1e-10  # singular value of the rows, each of length one, below which they count as dependent
+_SEED = 5  # fixed, so that the same structure gives the same basis
 _PARTS = (0.31, 0.62, 0.97)  # of the highest frequency of interest, at which responses are compared
 
 

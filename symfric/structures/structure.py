@@ -26,7 +26,7 @@ from symfric.structures.reduction import ReductionError, errors_of, reduce
 from symfric.structures.rows import kept_rows, row_in
 from symfric.structures.scenes import doubt_of_friction, scene_of
 
-_ROUNDING = 1e-13
+_ROUNDING = 1e-13  # entry beside its row and column that is rounding of a projection
 _FRICTION = "give what friction or a follower load adds as `friction`, which mu multiplies"
 
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from symfric.structures.structure import Structure
 
 _ALIKE = 0.8  # modal assurance below which a step is halved
-_HALVINGS = 4
+_HALVINGS = 4  # most of one step: where two modes merge, no step is short enough
 _DISTANCE = 0.3  # weight of the distance from the prediction, in units of the spread of the eigenvalues
 
 
@@ -54,7 +54,7 @@ def follow(structure: "Structure", mu: np.ndarray, count: int, near: complex) ->
     merge, it always does.
     """
     n = structure.n
-    extra = min(n, count + max(4, count // 2))
+    extra = min(n, count + max(4, count // 2))  # others may come nearer to the point than those followed
     values, shapes = eigenpairs(structure.pencil(mu[0]), min(count, n), near)
     steps = [(float(mu[0]), values, shapes)]
     before: tuple[float, np.ndarray] | None = None
@@ -69,6 +69,7 @@ def follow(structure: "Structure", mu: np.ndarray, count: int, near: complex) ->
         like = assurance(structure.M, shapes, others)
         spread = max(float(np.ptp(np.abs(values))), float(np.max(np.abs(values))) / values.size, 1e-300)
         apart = np.abs(new[None, :] - guess[:, None]) / spread
+        # one to one, so that two modes are never followed into the same one; far away only the shape decides
         rows, columns = linear_sum_assignment(_DISTANCE * np.minimum(apart, 3.0) - like)
         if halvings and np.min(like[rows, columns]) < _ALIKE:
             step(0.5 * (at + to), halvings - 1)

@@ -148,9 +148,9 @@ def _derivatives(graph: ca.SX, y: ca.SX, order: int) -> Any:
     for _ in range(order):
         slopes = ca.jacobian(entries, y)
         rows, columns = slopes.sparsity().get_triplet()
-        wanted = [k for k, (r, c) in enumerate(zip(rows, columns, strict=True)) if c >= max(places[r][1:], default=0)]
-        places = [(*places[rows[k]], columns[k]) for k in wanted]
-        entries = ca.vertcat(*(slopes.nz[k] for k in wanted)) if wanted else ca.SX(0, 1)
+        kept = [k for k, (r, c) in enumerate(zip(rows, columns, strict=True)) if c >= max(places[r][1:], default=0)]
+        places = [(*places[rows[k]], columns[k]) for k in kept]
+        entries = ca.vertcat(*(slopes.nz[k] for k in kept)) if kept else ca.SX(0, 1)
         yield places, entries
 
 

@@ -11,8 +11,8 @@ from symfric.theory import transient
 from symfric_evidence.sources.panels import plot_figure, plot_panel
 from symfric_evidence.sources.reproduction import reproductions
 from symfric_evidence.sources.younes_ashour import claims, claims_table
+from symfric_evidence.sources.younes_ashour.decay_figures import FIGURES
 from symfric_evidence.sources.younes_ashour.decays import FALLING, LAWS, PRINTED, decay, run_of, start_of
-from symfric_evidence.sources.younes_ashour.figures import FIGURES
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from symfric_evidence.sources.gallery import gallery
 from symfric_evidence.sources.guida import slides
 from symfric_evidence.sources.registry import SOURCES, Inputs, title
 from symfric_evidence.sources.reproduction import NOT_MADE, chosen, reproductions
-from symfric_evidence.sources.rolling import figures, printed_scheme
+from symfric_evidence.sources.rolling import printed_scheme, scaling_figures
 from symfric_evidence.sources.rolling.printed_scheme import returned_by_steps, rounded_factors
 from symfric_evidence.sources.thomsen import quench
 from tests.fixed_step import fixed_step
@@ -239,7 +239,7 @@ def test_a_statement_with_two_readings_is_judged_in_both():
 
 def test_scale_tables_are_those_printed(rolled):
     assert rolled["rolling-table-1"].findings[0].holds
-    assert figures.scale_table(2)[2] < 0.51
+    assert scaling_figures.scale_table(2)[2] < 0.51
     assert rolled["rolling-table-1"].data[0] == {
         "quantity": "length",
         "values": [1 / 4, 1 / 7, 1 / 10, 1 / 13, 1 / 16, 1 / 19],

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from symfric.theory import drive
-from symfric_evidence.sources.guida import figures, slides
+from symfric_evidence.sources.guida import slide_figures, slides
 from symfric_evidence.sources.registry import Inputs
 
 FEWER = {  # points, where the default takes seconds
@@ -18,7 +18,7 @@ FEWER = {  # points, where the default takes seconds
 
 @pytest.fixture(scope="module")
 def data():
-    return {name: FEWER.get(name, entry.compute)(Inputs()) for name, entry in figures.FIGURES.items()}
+    return {name: FEWER.get(name, entry.compute)(Inputs()) for name, entry in slide_figures.FIGURES.items()}
 
 
 def test_the_maps_have_the_source_s_panels_and_curves(data):
@@ -90,7 +90,7 @@ def test_definiteness_is_exact_only_where_the_frequencies_agree(data):
 
 @pytest.mark.parametrize("name", ["guida-5", "guida-15", "guida-readings", "guida-stability"])
 def test_nothing_in_a_picture_collides(name, data):
-    figure = np.atleast_1d(figures.FIGURES[name].draw(data[name])).flat[0].figure
+    figure = np.atleast_1d(slide_figures.FIGURES[name].draw(data[name])).flat[0].figure
     for _ in range(2):  # the layout makes room for a legend above the axes in a second pass
         figure.draw_without_rendering()
     flat = [ax for ax in figure.axes if ax.name == "rectilinear"]
@@ -106,7 +106,7 @@ def test_nothing_in_a_picture_collides(name, data):
 
 
 def test_what_the_source_says_is_judged(data):
-    verdicts = {n: [f.holds for f in e.findings(data[n])] for n, e in figures.FIGURES.items()}
+    verdicts = {n: [f.holds for f in e.findings(data[n])] for n, e in slide_figures.FIGURES.items()}
     assert verdicts["guida-14"] == verdicts["guida-15"] == verdicts["guida-16"] == [True]
     assert verdicts["guida-10"] == verdicts["guida-11"] == [False, True, False]
     assert verdicts["guida-readings"] == verdicts["guida-stability"] == [False]
@@ -115,9 +115,9 @@ def test_what_the_source_says_is_judged(data):
 def test_axes_may_be_given_and_no_global_state_is_left(data):
     found, pyplot = data["guida-stability"], sys.modules.get("matplotlib.pyplot")
     before = pyplot.get_fignums() if pyplot else []
-    given = figures.new_axes()
-    assert figures.plot_stability_gap(found, given) is given
-    panels = figures.panels(2, 2, (6.0, 6.0))
-    assert figures.plot_errors(data["guida-10"], panels) is panels
+    given = slide_figures.new_axes()
+    assert slide_figures.plot_stability_gap(found, given) is given
+    panels = slide_figures.panels(2, 2, (6.0, 6.0))
+    assert slide_figures.plot_errors(data["guida-10"], panels) is panels
     if "matplotlib.pyplot" in sys.modules:
         assert sys.modules["matplotlib.pyplot"].get_fignums() == before

@@ -126,13 +126,13 @@ def _result(
 
 def _beside(tuned: theory.Tuned, objective: Callable[[float, float], float]) -> list[Neighbour]:
     """Return the neighbours of a design, in eight directions and at two distances."""
-    found = []
+    neighbours = []
     for step, f, z in itertools.product((1e-2, 1e-3), (-1, 0, 1), (-1, 0, 1)):
         if f or z:
             tuning, damping = tuned.tuning * (1 + f * step), tuned.damping * (1 + z * step)
             change = f"tuning {tuning:.6g}, damping {damping:.6g}"
-            found.append(Neighbour(change, objective(tuning, damping), 0.0))
-    return found
+            neighbours.append(Neighbour(change, objective(tuning, damping), 0.0))
+    return neighbours
 
 
 def _least_peak(mass_ratio: float) -> Design:
@@ -216,14 +216,14 @@ def _most_stable(mass_ratio: float, beta: float, tuned: theory.Tuned) -> theory.
         tuning, damping = np.abs(p)
         return -theory.decay_rate(mass_ratio, tuning, damping, -beta)
 
-    found = minimize(
+    fastest = minimize(
         rate,
         tuned[:2],
         method="Nelder-Mead",
         options={"xatol": 1e-6, "fatol": 1e-9, "initial_simplex": np.array(tuned[:2]) * SIMPLEX},
     )
-    tuning, damping = (float(e) for e in np.abs(found.x))
-    return theory.Tuned(tuning, damping, -float(found.fun))
+    tuning, damping = (float(e) for e in np.abs(fastest.x))
+    return theory.Tuned(tuning, damping, -float(fastest.fun))
 
 
 def rate_of_runs(scene: Scene, duration: float) -> float:

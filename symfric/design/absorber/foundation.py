@@ -111,11 +111,12 @@ def _most_stable(mass_ratio: float, beta: float, mount: theory.Mount, least: flo
         kappa, gamma = max(least, float(np.exp(p[0]))), float(np.exp(p[1]))
         return -theory.decay_rate(mass_ratio, kappa, gamma, -beta)
 
+    # logarithms keep both positive, and the best stiffness may be smaller by decades
     start = np.log([max(mount.stiffness, SOFT), mount.damping])
     simplex = start + np.array([[0.0, 0.0], [0.3, 0.0], [0.0, 0.02]])
     options = {"xatol": 1e-8, "fatol": 1e-12, "initial_simplex": simplex, "maxiter": 2000}
-    found = minimize(rate, start, method="Nelder-Mead", options=options)
-    return max(least, float(np.exp(found.x[0]))), float(np.exp(found.x[1])), -float(found.fun)
+    fastest = minimize(rate, start, method="Nelder-Mead", options=options)
+    return max(least, float(np.exp(fastest.x[0]))), float(np.exp(fastest.x[1])), -float(fastest.fun)
 
 
 def _gap(mass_ratio: float, stiffness: float, damping: float, beta: float) -> tuple[float, float] | None:
@@ -128,15 +129,15 @@ def _gap(mass_ratio: float, stiffness: float, damping: float, beta: float) -> tu
 
 def _beside(mass_ratio: float, mount: theory.Mount, least: float) -> list[Neighbour]:
     """Return mounts around the best one and how much each stabilises."""
-    found = []
+    neighbours = []
     for step in STEPS:
         for f, z in ((-1, 0), (1, 0), (0, -1), (0, 1), (1, 1), (-1, -1)):
             kappa = mount.stiffness + f * step * max(mount.stiffness, 1.0)
             gamma = mount.damping * (1 + z * step)
             if kappa >= least:
                 words = f"stiffness {kappa:.6g}, damping {gamma:.6g}"
-                found.append(Neighbour(words, bound(mass_ratio, kappa, gamma), 0.0))
-    return found
+                neighbours.append(Neighbour(words, bound(mass_ratio, kappa, gamma), 0.0))
+    return neighbours
 
 
 def _curve(mass_ratio: float, mount: theory.Mount, least: float) -> Curve:

@@ -82,26 +82,26 @@ class Forced:
         """
         values = {"tuning": float(tuning), "damping": float(damping), "Omega": float(Omega)}
         windows = self.settling.windows(values, dict.fromkeys(self.settling.states, 0.0))
-        found: list[float] = []
+        sizes: list[float] = []
         for _ in range(blocks):
             if self.left <= 0:
                 raise Spent
             self.left -= 1
-            found.append(finished(next(windows))["amplitude"])
-            if len(found) > 1 and abs(found[-1] - found[-2]) <= REPEATS * max(found[-1], 1e-6):
-                return found[-1]
-        return max(found[blocks // 2 :])
+            sizes.append(finished(next(windows))["amplitude"])
+            if len(sizes) > 1 and abs(sizes[-1] - sizes[-2]) <= REPEATS * max(sizes[-1], 1e-6):
+                return sizes[-1]
+        return max(sizes[blocks // 2 :])
 
     def peaks(self, tuning: float, damping: float) -> list[tuple[float, float]]:
         """Return frequency and amplitude of the high peaks in the band, its ends too, the highest first."""
         g = np.linspace(*self.band, GRID)
         y = np.array([self.amplitude(tuning, damping, e, FEW) for e in g])
         left, right = np.concatenate([[-np.inf], y[:-1]]), np.concatenate([y[1:], [-np.inf]])
-        found = []
+        peaks = []
         for k in np.flatnonzero((y >= left) & (y >= right) & (y >= CONTENDER * np.max(y))).tolist():
             ends = g[max(k - 1, 0)], g[min(k + 1, g.size - 1)]
-            found.append(self._polished(tuning, damping, *ends))
-        return sorted(found, key=lambda p: -p[1])
+            peaks.append(self._polished(tuning, damping, *ends))
+        return sorted(peaks, key=lambda p: -p[1])
 
     def near(self, tuning: float, damping: float, Omega: float) -> tuple[float, float]:
         """Return frequency and amplitude of the highest point within one grid cell around a frequency."""
@@ -112,8 +112,8 @@ class Forced:
     def _polished(self, tuning: float, damping: float, low: float, high: float) -> tuple[float, float]:
         if not high > low:
             return low, self.amplitude(tuning, damping, low)
-        found = minimum(lambda g: -self.amplitude(tuning, damping, g), low, high, xatol=3e-5)
-        points = [(found.place, -found.value)]
+        top = minimum(lambda g: -self.amplitude(tuning, damping, g), low, high, xatol=3e-5)
+        points = [(top.place, -top.value)]
         points += [(g, self.amplitude(tuning, damping, g)) for g in (low, high) if g in self.band]
         return max(points, key=lambda p: p[1])
 
@@ -148,10 +148,10 @@ def rough_absorber(
     times, outputs = Schedule(0.0, 2 * pi * BLOCK, 2 * pi), {"amplitude": HalfRange(x1)}
     forced = Forced(Settling(_in_phase(scene), times, outputs, tolerance=TOLERANCE), (low, high))
     starts = _starts(forced, plain)
-    found = min((_least(forced, start) for start in starts), key=lambda f: f[0][0][1])
-    if found[2] != "optimal" or any(n.beats(found[0][0][1], 1) for n in _beside(forced, found[1])):
-        found = min([found, *_polled(forced, plain, [found[1], starts[0]])], key=lambda f: f[0][0][1])
-    return _design(forced, scene, *found)
+    best = min((_least(forced, start) for start in starts), key=lambda f: f[0][0][1])
+    if best[2] != "optimal" or any(n.beats(best[0][0][1], 1) for n in _beside(forced, best[1])):
+        best = min([best, *_polled(forced, plain, [best[1], starts[0]])], key=lambda f: f[0][0][1])
+    return _design(forced, scene, *best)
 
 
 @alone(SYMBOLIC)
@@ -254,12 +254,12 @@ def _step(heights: np.ndarray, slopes: np.ndarray, p: np.ndarray, size: float) -
 
 def _slopes(forced: Forced, p: np.ndarray, Omega: float) -> list[float]:
     """Return the slopes of the amplitude with tuning and damping at a frequency."""
-    found = []
+    slopes = []
     for d in np.eye(2) * STEP:
         low, high = np.maximum(p - d, [0.0, DAMPING[0]]), p + d
         rise = forced.amplitude(high[0], high[1], Omega) - forced.amplitude(low[0], low[1], Omega)
-        found.append(float(rise / np.sum(high - low)))
-    return found
+        slopes.append(float(rise / np.sum(high - low)))
+    return slopes
 
 
 def _design(forced: Forced, scene: Scene, peaks: list[tuple[float, float]], p: np.ndarray, status: str) -> Design:
@@ -281,13 +281,13 @@ def _design(forced: Forced, scene: Scene, peaks: list[tuple[float, float]], p: n
 
 def _beside(forced: Forced, p: np.ndarray) -> list[Neighbour]:
     """Return the neighbours of a design, with all peaks in the band."""
-    forced.left, found = BUDGET, []
+    forced.left, neighbours = BUDGET, []
     with suppress(Spent):
         for f, z in itertools.product((-1, 0, 1), (-1, 0, 1)):
             q = np.array([p[0] * (1 + f * AROUND), p[1] + z * AROUND])
             if (f or z) and DAMPING[0] <= q[1] <= DAMPING[1]:
-                found.append(Neighbour(f"tuning {q[0]:.6g}, damping {q[1]:.6g}", forced.peaks(*q)[0][1], 0.0))
-    return found
+                neighbours.append(Neighbour(f"tuning {q[0]:.6g}, damping {q[1]:.6g}", forced.peaks(*q)[0][1], 0.0))
+    return neighbours
 
 
 def _in_time(scene: Scene, Omega: float) -> float:

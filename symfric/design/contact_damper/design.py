@@ -227,9 +227,9 @@ def _best(damper: Damper, grid: list[np.ndarray]) -> np.ndarray | None:
             break
         order = sorted(pieces[n], key=lambda k: (max(damper.shortfall(grid[k], index[k]), 0.0), decays[k].time))
         for k in order[:STARTS]:
-            found = _on_piece(damper, grid[k], index[k])
-            if found is not None and damper(found).time < shortest:
-                best, shortest = found, damper(found).time
+            point = _on_piece(damper, grid[k], index[k])
+            if point is not None and damper(point).time < shortest:
+                best, shortest = point, damper(point).time
     return None if best is None else _polled(damper, best, 0.5 / (POINTS[len(damper.names)] - 1))
 
 
@@ -244,9 +244,9 @@ def _polled(damper: Damper, best: np.ndarray, reach: float) -> np.ndarray:
         before = damper(best).time
         best = polished(merit, best, reach, STEP)
         decay = damper(best)
-        found = _on_piece(damper, best, len(decay.t) - 1) if decay.t else None
-        if found is not None and merit(found) < merit(best):
-            best = found
+        point = _on_piece(damper, best, len(decay.t) - 1) if decay.t else None
+        if point is not None and merit(point) < merit(best):
+            best = point
         if damper(best).time >= before * (1 - 1e-9):
             break
     return best
@@ -273,7 +273,7 @@ def _on_piece(damper: Damper, start: np.ndarray, n: int) -> np.ndarray | None:
 
     scale = time(start) or 1.0
     miss = lambda p: -damper.shortfall(p, n)  # noqa: E731
-    found = minimize(
+    optimum = minimize(
         lambda p: time(p) / scale,
         start,
         jac=lambda p: slopes(time)(p) / scale,
@@ -282,7 +282,7 @@ def _on_piece(damper: Damper, start: np.ndarray, n: int) -> np.ndarray | None:
         method="SLSQP",
         options={"ftol": 1e-13, "maxiter": 60},
     )
-    return _pulled_in(damper, start, np.clip(found.x, 0, 1), n) if np.all(np.isfinite(found.x)) else None
+    return _pulled_in(damper, start, np.clip(optimum.x, 0, 1), n) if np.all(np.isfinite(optimum.x)) else None
 
 
 def _pulled_in(damper: Damper, start: np.ndarray, p: np.ndarray, n: int) -> np.ndarray | None:
@@ -329,8 +329,8 @@ def _design(scene: Scene, damper: Damper, p: np.ndarray) -> Design:
         active.append("residual at its limit")
     for name, place in zip(damper.names, p, strict=True):
         active += [f"{name} at its {word} bound" for word, end in (("lower", 0.0), ("upper", 1.0)) if place == end]
-    wanted = {"stop_time": StopTime(), "path": Trajectory()}
-    full = scene.where(values).until(damper.program.scene.horizon, wanted)
+    outputs = {"stop_time": StopTime(), "path": Trajectory()}
+    full = scene.where(values).until(damper.program.scene.horizon, outputs)
     run = finished(simulate(full, 1e-13))
     limit = damper.limit(p)
     rows = [
@@ -345,7 +345,7 @@ def _design(scene: Scene, damper: Damper, p: np.ndarray) -> Design:
 
 def _beside(damper: Damper, p: np.ndarray) -> list[Neighbour]:
     """Return the neighbours of a design along each parameter, at several distances."""
-    found = []
+    neighbours = []
     for k, (name, step) in itertools.product(range(len(p)), itertools.product(("smaller", "larger"), BESIDE)):
         q = p.copy()
         q[k] += step if name == "larger" else -step
@@ -354,8 +354,8 @@ def _beside(damper: Damper, p: np.ndarray) -> list[Neighbour]:
             met = damper.good(decay)
             miss = max(damper.shortfall(q, len(decay.t) - 1), SAFE) if decay.t else np.inf
             change = f"{damper.names[k]} {name} by {step:g} of its bounds"
-            found.append(Neighbour(change, decay.time, 0.0 if met else miss))
-    return found
+            neighbours.append(Neighbour(change, decay.time, 0.0 if met else miss))
+    return neighbours
 
 
 def _beyond(damper: Damper, p: np.ndarray) -> float:

@@ -50,9 +50,9 @@ class Peaks:
         """Return the peak for a value of the parameter."""
         if value not in self.known:
             scene = self.scene.where({self.name: value})
-            found = frequency_response(scene, self.speed, self.span, self.coordinate, tolerance=_TOLERANCE).peak
-            assert found is not None
-            self.known[value] = found
+            peak = frequency_response(scene, self.speed, self.span, self.coordinate, tolerance=_TOLERANCE).peak
+            assert peak is not None
+            self.known[value] = peak
         return self.known[value]
 
 

@@ -94,13 +94,13 @@ def outermost(scene: Scene, r: Requirement, beside: Orbit | None = None) -> Orbi
     rounds = [[{**start, x: start[x] + share * far} for x, far in zip(q, sizes, strict=True)] for share in distances(r)]
     if beside is not None:
         rounds.insert(0, [dict(zip(states, beside.start.tolist(), strict=True))])
-    found: list[Orbit | Left] = []
+    ends: list[Orbit | Left] = []
     for starts in rounds:
         seen = [_settled(scene.starting(e)) for e in starts]
-        found += [e for e in seen if e is not None]
-        if not all(r.meets(e) for e in found):
+        ends += [e for e in seen if e is not None]
+        if not all(r.meets(e) for e in ends):
             break
-    return max(found, key=lambda o: (not r.meets(o), o.half_range[0]), default=None)
+    return max(ends, key=lambda o: (not r.meets(o), o.half_range[0]), default=None)
 
 
 def _settled(scene: Scene) -> Orbit | Left | None:

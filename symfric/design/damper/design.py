@@ -222,10 +222,10 @@ def _peaks(scene: Scene, name: str, speed: Key, speeds: Any, half_range: float, 
     if speeds is None or half_range != 0:
         raise SceneError("of a forced scene, give the speeds, the range of the frequency, and no half_range")
     names = [s.name for s in scene.system.states]
-    wanted = names[0] if coordinate is None else name_of(coordinate)
-    if wanted not in names:
-        raise SceneError(f"{wanted} is no state{nearest(wanted, names)}")
-    return Peaks(scene, name, frequency, _pair(speeds, "speeds", f"speeds {frequency}"), wanted)
+    state = names[0] if coordinate is None else name_of(coordinate)
+    if state not in names:
+        raise SceneError(f"{state} is no state{nearest(state, names)}")
+    return Peaks(scene, name, frequency, _pair(speeds, "speeds", f"speeds {frequency}"), state)
 
 
 def _pair(given: tuple[float, float], name: str, what: str) -> tuple[float, float]:
@@ -278,37 +278,37 @@ def _cycles(scene: Scene, r: Requirement, local: Summit | None) -> Summit | None
         bad = next((v for v in speeds if not r.meets(outermost(scene.where({r.speed: v, r.name: damping}), r))), None)
         if bad is None:
             return best
-        found = summit(scene.where({r.name: damping}), r, float(bad))
-        best = _largest([best, found])
+        required = summit(scene.where({r.name: damping}), r, float(bad))
+        best = _largest([best, required])
     raise NotFound("the conditions on the cycles change too often over the speeds; give a smaller range of them")
 
 
-def _design(scene: Scene, r: Requirement, found: Summit | None) -> Design:
+def _design(scene: Scene, r: Requirement, required: Summit | None) -> Design:
     low, claim = r.bounds[0], "optimal"
-    if found is None:
+    if required is None:
         speeds = np.array([max(r.speeds[0], _LOWEST * r.speeds[1]), r.speeds[1]])
-        found = Summit(low, float(speeds[0]), "", np.array([speeds, [low, low]]))
+        required = Summit(low, float(speeds[0]), "", np.array([speeds, [low, low]]))
         active = (f"{r.name} at its lower bound",)
     else:
-        active = (f"{found.reason} at {r.speed} = {found.speed:.6g}",)
-    at = max(found.speed, SLOWEST * r.speeds[1])
-    more = found.damping * (1 + _STEP) if found.damping else low + _STEP * r.bounds[1]
+        active = (f"{required.reason} at {r.speed} = {required.speed:.6g}",)
+    at = max(required.speed, SLOWEST * r.speeds[1])
+    more = required.damping * (1 + _STEP) if required.damping else low + _STEP * r.bounds[1]
     disturbed = Disturbed(scene.where({r.speed: at, r.name: more}), r) if r.quiet else None
     above = _probe(scene, r, disturbed, at, more)
     below = None
-    if found.damping > low:  # the cycle that just meets the requirement is close to one that violates it
-        below = _probe(scene, r, disturbed, at, max(found.damping * (1 - _STEP), low), found.orbit)
+    if required.damping > low:  # the cycle that just meets the requirement is close to one that violates it
+        below = _probe(scene, r, disturbed, at, max(required.damping * (1 - _STEP), low), required.orbit)
     others = (_probe(scene, r, disturbed, float(v), more) for v in _references(scene, r) if v != at)
     check = DamperCheck(above, below, tuple(others), len(scene.system.q) * len(distances(r)))
     beside = [Neighbour(f"{r.name} larger by {100 * _STEP:g} %", more, 0.0 if above.meets else 1.0)]
     if below is not None:
         violation = 0.0 if below.meets else 1.0
         beside.append(Neighbour(f"{r.name} smaller by {100 * _STEP:g} %", below.damping, violation))
-    values = {r.name: found.damping}
-    x, y = found.line
-    curve = Curve(x, y, found.damping, f"speed {r.speed}", f"required {r.name}", (found.speed,))
-    placed = scene.where({**values, r.speed: max(found.speed, 1e-9 * r.speeds[1])})
-    return design(values, found.damping, active, placed, check, curve, claim=claim, neighbours=beside)
+    values = {r.name: required.damping}
+    x, y = required.line
+    curve = Curve(x, y, required.damping, f"speed {r.speed}", f"required {r.name}", (required.speed,))
+    placed = scene.where({**values, r.speed: max(required.speed, 1e-9 * r.speeds[1])})
+    return design(values, required.damping, active, placed, check, curve, claim=claim, neighbours=beside)
 
 
 def _probe(

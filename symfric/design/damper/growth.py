@@ -67,8 +67,8 @@ class Growth:
         k = int(np.argmax(rates))
         best = float(rates[k]), float(v[k])
         for i in valleys(-rates)[: _POLISHED if polished else 0]:
-            found = minimum_near(lambda e: -self.at(float(e), damping), v, i, xatol=1e-10 * v[i + 1])
-            best = max(best, (-found.value, found.place))
+            top = minimum_near(lambda e: -self.at(float(e), damping), v, i, xatol=1e-10 * v[i + 1])
+            best = max(best, (-top.value, top.place))
         return best
 
     def least(self, speed: float) -> float:
@@ -82,52 +82,53 @@ class Growth:
 def speeds_of(scene: Scene, r: Requirement) -> np.ndarray:
     """Return speeds over the range, including those at which the slip of a contact is at a feature of its law."""
     low, high = max(r.speeds[0], 1e-9 * r.speeds[1]), r.speeds[1]
-    grid, found = np.linspace(low, high, SPEEDS), []
+    grid, reached = np.linspace(low, high, SPEEDS), []
     for law, slip in _sliding(scene, r):
         slips = slip(grid)
         ends = float(np.min(np.abs(slips))), float(np.max(np.abs(slips)))
         if ends[0] < ends[1]:
             for v in features(law, *ends):
-                found += _reaching(slip, grid, v)
-    return np.unique([*grid, *found])
+                reached += _reaching(slip, grid, v)
+    return np.unique([*grid, *reached])
 
 
 def steepest_falls(scene: Scene, r: Requirement) -> np.ndarray:
     """Return the few speeds inside the range at which a law falls steepest."""
     low, high = max(r.speeds[0], 1e-9 * r.speeds[1]), r.speeds[1]
-    grid, found = np.linspace(low, high, SPEEDS), []
+    grid, falls = np.linspace(low, high, SPEEDS), []
     for law, slip in _sliding(scene, r):
         slips = np.abs(slip(grid))
         if np.min(slips) < np.max(slips):
+            # the slope is least where the second derivative changes its sign, or at a break of the law
             at = features(law, float(np.min(slips)), float(np.max(slips)), orders=(2,))
             step = 1e-7 * np.max(slips)
             slopes = [(law(v + step) - law(v - step)) / (2 * step) for v in at]
-            found += [(slope, e) for slope, v in zip(slopes, at, strict=True) for e in _reaching(slip, grid, v)]
-    return np.array([v for slope, v in sorted(found)[:_FALLS] if slope < 0])
+            falls += [(slope, e) for slope, v in zip(slopes, at, strict=True) for e in _reaching(slip, grid, v)]
+    return np.array([v for slope, v in sorted(falls)[:_FALLS] if slope < 0])
 
 
 @alone(SYMBOLIC)
 def _sliding(scene: Scene, r: Requirement) -> list[tuple[Law, Callable[[np.ndarray], np.ndarray]]]:
     """Return the law of every contact, in numbers, and its slip in steady sliding as a function of the speed."""
     given = scene.numbers()
-    found: list[tuple[Law, Callable[[np.ndarray], np.ndarray]]] = []
+    laws: list[tuple[Law, Callable[[np.ndarray], np.ndarray]]] = []
     symbol = scene.parameter(r.speed)
     still = dict.fromkeys((*scene.system.u, *scene.system.rows), 0)
     for contact in scene.contacts:
         law = contact.law.where({k: given[k] for k in contact.law.free_symbols if k in given})
         slip = sp.sympify(contact.slip).subs(still).subs({k: v for k, v in given.items() if k != symbol})
         if not law.free_symbols and slip.free_symbols == {symbol}:
-            found.append((law, np.vectorize(sp.lambdify(symbol, slip, "numpy"), otypes=[float])))
-    return found
+            laws.append((law, np.vectorize(sp.lambdify(symbol, slip, "numpy"), otypes=[float])))
+    return laws
 
 
 def _reaching(slip: Callable[..., Any], grid: np.ndarray, v: float) -> list[float]:
     """Return the speeds of the range at which a contact has the slip v or -v."""
-    found: list[float] = []
+    speeds: list[float] = []
     for sign in (1.0, -1.0):
 
         def gap(e: Any, at: float = sign * v) -> Any:
             return slip(e) - at
 
-        found += zeros(gap, grid, gap(grid), xtol=2e-12, rtol=ROUNDING)
-    return found
+        speeds += zeros(gap, grid, gap(grid), xtol=2e-12, rtol=ROUNDING)
+    return speeds

@@ -91,8 +91,8 @@ class Transient:
     @cached_property
     def until_rest(self) -> Program:
         """Program that runs until rest."""
-        wanted = {"rest": StopTime(), "events": Events()}
-        until = self._numeric.until(max(self.scene.horizon, 2 * self.settle), wanted)
+        outputs = {"rest": StopTime(), "events": Events()}
+        until = self._numeric.until(max(self.scene.horizon, 2 * self.settle), outputs)
         return prepare(until, self.tolerance, self.route)
 
     @cached_property
@@ -145,11 +145,11 @@ def settled(transient: Transient) -> Design:
     if transient.good(low):
         return _design(transient, low, survey)
     for k, (a, b) in enumerate(itertools.pairwise(survey)):
-        found = _first(transient, a, b)
-        if found is None and transient.half_range:
-            found = _dip(transient, survey, k + 1)
-        if found is not None:
-            return _design(transient, found, survey)
+        damping = _first(transient, a, b)
+        if damping is None and transient.half_range:
+            damping = _dip(transient, survey, k + 1)
+        if damping is not None:
+            return _design(transient, damping, survey)
     raise NotFound(_missing(transient))
 
 

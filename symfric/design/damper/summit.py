@@ -65,11 +65,11 @@ def summit(scene: Scene, requirement: Requirement, at: float) -> Summit:
     if last is not None and not r.meets(last):
         raise NotFound(f"{r.name} = {r.bounds[1]:g} is not enough: at {r.speed} = {at:.6g} {_left(r, last)}")
     try:
-        found = _followed(there, r, at)
+        followed = _followed(there, r, at)
     except NotFound:
-        found = None
+        followed = None
     known = scene.numbers()[scene.parameter(r.name)]
-    return found if found is not None and found.damping > known else _bracketed(scene, r, at)
+    return followed if followed is not None and followed.damping > known else _bracketed(scene, r, at)
 
 
 def _left(r: Requirement, orbit: Orbit | Left) -> str:
@@ -111,14 +111,14 @@ def _over_speeds(special: Special, r: Requirement, at: float) -> Summit:
         return _top(curve, r, special.kind, np.full(curve.values.shape[1], True))
     sizes = np.array([curve.orbit(k).half_range[0] for k in range(curve.values.shape[1])])
     counts = (sizes > r.half_range * (1 - _ALIKE)) | (r.half_range == 0)
-    found = _top(curve, r, special.kind, counts)
-    if special.value > found.damping:
-        found = replace(found, damping=special.value, speed=at, orbit=special.orbit)
+    highest = _top(curve, r, special.kind, counts)
+    if special.value > highest.damping:
+        highest = replace(highest, damping=special.value, speed=at, orbit=special.orbit)
     for k in np.flatnonzero(counts[1:] != counts[:-1]).tolist():
         further = _on_limit(curve.orbit(k if counts[k] else k + 1), r)
-        if further is not None and further.damping > found.damping:
-            found = further
-    return found
+        if further is not None and further.damping > highest.damping:
+            highest = further
+    return highest
 
 
 def _top(curve: Curve, r: Requirement, kind: str, counts: np.ndarray) -> Summit:
@@ -229,8 +229,8 @@ def _highest(curve: Curve, speeds: tuple[float, float], counts: np.ndarray) -> t
     ends = np.clip(sorted((curve.values[0, k - 1], curve.values[0, k + 1])), *speeds)
 
     def lower(value: float) -> float:
-        found = curve.at(value)
-        return -float(np.max(found)) if found.size else -best[0]
+        dampings = curve.at(value)
+        return -float(np.max(dampings)) if dampings.size else -best[0]
 
-    found = minimum(lower, *ends, xatol=1e-9 * abs(ends[1]))
-    return (-found.value, found.place) if -found.value > best[0] else best
+    lowest = minimum(lower, *ends, xatol=1e-9 * abs(ends[1]))
+    return (-lowest.value, lowest.place) if -lowest.value > best[0] else best

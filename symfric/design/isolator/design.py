@@ -148,15 +148,15 @@ def _design(problem: Isolated, point: np.ndarray, values: np.ndarray, table: lis
 
 def _beside(problem: Isolated, point: np.ndarray) -> list[Neighbour]:
     """Return the neighbours of a design, along axes and diagonals and at several distances."""
-    found = []
+    neighbours = []
     for way in ways(point.size):
         for step in _AROUND:
             then = np.clip(point + step * way, 0.0, 1.0)
             if not np.array_equal(then, point):
                 values = problem.values(then)
                 change = ", ".join(f"{k} = {v:.6g}" for k, v in problem.parameters(then).items())
-                found.append(Neighbour(change, problem.cost(values), problem.excess(values) - MET))
-    return found
+                neighbours.append(Neighbour(change, problem.cost(values), problem.excess(values) - MET))
+    return neighbours
 
 
 def _trade_off(problem: Isolated, table: list[np.ndarray], worst: dict[str, float]) -> Curve:
@@ -174,11 +174,11 @@ def _trade_off(problem: Isolated, table: list[np.ndarray], worst: dict[str, floa
 
 
 def _checked(problem: Isolated, parameters: dict[str, float], values: np.ndarray) -> IsolatorCheck:
-    found = []
+    responses = []
     for scene in problem.scenes:
         run = prepare(scene.where(parameters), 1e-11, route="taylor").run()
-        found.append([abs(run[MEASURES[m]]) if run.status == 0 else np.nan for m in problem.measures])
-    other = np.array(found).T
+        responses.append([abs(run[MEASURES[m]]) if run.status == 0 else np.nan for m in problem.measures])
+    other = np.array(responses).T
     size = np.maximum(np.max(values, axis=1, keepdims=True), 1e-300)
     apart = float(np.max(np.abs(other - values) / size))
     rows = {m: tuple(row.tolist()) for m, row in zip(problem.measures, other, strict=True)}

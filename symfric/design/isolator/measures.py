@@ -85,12 +85,12 @@ class Isolated:
         if new:
             given = [self.parameters(p) for p in new.values()]
             columns = {name: np.array([row[name] for row in given]) for name in self.names}
-            found = []
+            responses = []
             for program in self._programs:
                 batch = program.map(columns)
                 rows = [np.abs(batch[MEASURES[m]]) for m in self.measures]
-                found.append(np.where(batch.status == 0, rows, np.inf))
-            self._known |= dict(zip(new, np.array(found).transpose(2, 1, 0), strict=True))
+                responses.append(np.where(batch.status == 0, rows, np.inf))
+            self._known |= dict(zip(new, np.array(responses).transpose(2, 1, 0), strict=True))
         return [self._known[p.tobytes()] for p in points]
 
     def slopes(self, point: np.ndarray, motion: int) -> np.ndarray:
@@ -109,11 +109,11 @@ class Isolated:
             name = MEASURES[measure]
             sign = 1.0 if run[name] >= 0 else -1.0
             rows.append([sign * run.output_sensitivities[name][n] for n in self.names])
-        found = np.array(rows) * (self.high - self.low)
-        for k in np.flatnonzero(~np.all(np.isfinite(found), axis=0)):  # no derivative exists after grazing
+        slopes = np.array(rows) * (self.high - self.low)
+        for k in np.flatnonzero(~np.all(np.isfinite(slopes), axis=0)):  # no derivative exists after grazing
             low, high = (np.clip(point + side * _STEP * np.eye(point.size)[k], 0.0, 1.0) for side in (-1, 1))
-            found[:, k] = (self.values(high) - self.values(low))[:, motion] / (high - low)[k]
-        return found
+            slopes[:, k] = (self.values(high) - self.values(low))[:, motion] / (high - low)[k]
+        return slopes
 
     def cost(self, values: np.ndarray) -> float:
         """Return the objective."""
@@ -163,16 +163,16 @@ def _shaken(scene: Scene, motions: Sequence[Any], outputs: list[str]) -> list[Sc
             raise SceneError(f"the scene has no output {name}; sf.scenes.rolling_isolator has it")
     if not len(motions):
         raise SceneError("no motions; give at least one sf.motions.Motion or sf.Signal")
-    wanted = scene.wanting({name: scene.outputs[name] for name in outputs})
-    (symbol, before), found = next(iter(scene.inputs.items())), []
+    measured = scene.wanting({name: scene.outputs[name] for name in outputs})
+    (symbol, before), scenes = next(iter(scene.inputs.items())), []
     for motion in motions:
         signal = motion if isinstance(motion, Signal) else getattr(motion, "signal", lambda: None)()
         if not isinstance(signal, Signal):
             raise SceneError(f"{motion!r} is not a motion; give a sf.motions.Motion or a sf.Signal")
         horizon = signal.t_end + (scene.horizon - before.t_end)
-        ends = {name: _moved(output, before.t_end, signal.t_end) for name, output in wanted.outputs.items()}
-        found.append(replace(wanted, outputs=ends, inputs={symbol: signal}, horizon=horizon))
-    return found
+        ends = {name: _moved(output, before.t_end, signal.t_end) for name, output in measured.outputs.items()}
+        scenes.append(replace(measured, outputs=ends, inputs={symbol: signal}, horizon=horizon))
+    return scenes
 
 
 def _moved(output: Output, before: float, end: float) -> Output:

@@ -52,8 +52,8 @@ def _starts(problem: Isolated, costs: np.ndarray, excess: np.ndarray) -> list[in
     for way in ways(len(problem.names)).astype(int):
         beside = tuple(slice(1 + w, table.shape[0] - 1 + w) for w in way)
         lowest &= table[inner] < table[beside]
-    found = np.flatnonzero(lowest.ravel())
-    return [int(k) for k in found[np.argsort(rank[found])][:_STARTS]]
+    minima = np.flatnonzero(lowest.ravel())
+    return [int(k) for k in minima[np.argsort(rank[minima])][:_STARTS]]
 
 
 def _scattered(point: np.ndarray, cell: float) -> np.ndarray:
@@ -132,7 +132,9 @@ def _linear_step(problem: Isolated, point: np.ndarray, reach: float) -> np.ndarr
         for k in np.flatnonzero(values[m] >= (1 - _NEAR) * min(limit, np.max(values[m]))):
             rows.append([*problem.slopes(point, int(k))[m] / limit, 0.0, -1.0])
             rest.append(1.0 - values[m, k] / limit)
+    # the weight of the excess makes an exact penalty: no gain of the objective, of the order of one, is worth an excess
+    # (Nocedal and Wright, Numerical Optimization, 2006, 17.2)
     cost = [*mean, 0.0 if problem.over == "mean" else 1.0, 1e3]
     sides = [(max(-reach, -p), min(reach, 1.0 - p)) for p in point]
-    found = linprog(cost, np.array(rows) if rows else None, rest or None, bounds=[*sides, (None, None), (0.0, None)])
-    return found.x[:n] if found.status == 0 else np.zeros(n)
+    optimum = linprog(cost, np.array(rows) if rows else None, rest or None, bounds=[*sides, (None, None), (0.0, None)])
+    return optimum.x[:n] if optimum.status == 0 else np.zeros(n)

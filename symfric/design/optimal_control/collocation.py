@@ -203,10 +203,10 @@ def collocation(
     sizes = sizes_of(physical, *ask[1:])
     model, units, ask = dimensionless(physical, sizes), sizes, _in_sizes(ask, sizes)
     ways = (_homotopy(model, elements, ask, bump) for bump in BUMPS + MORE_BUMPS)
-    found = [f for f in islice(ways, len(BUMPS)) if f is not None] or list(islice((f for f in ways if f), 1))
-    if not found:
+    solved = [f for f in islice(ways, len(BUMPS)) if f is not None] or list(islice((f for f in ways if f), 1))
+    if not solved:
         raise NotFound(_missing(model, elements, ask, names, units))
-    program, z = min(found, key=lambda f: f[0].objective(f[1]))
+    program, z = min(solved, key=lambda f: f[0].objective(f[1]))
     best = _profile(scene, symbols, cost, program, z, ask, units)
     degree, bounds, target, between = ask
     while not best.check.agrees and program.parts < PARTS:
@@ -358,9 +358,9 @@ def _cheaper(program: NonlinearProgram, z: np.ndarray, ask: Task, unit: float) -
     last = free.nlp["x"][free.places["x"][-1]]
     free.most_costly((1 - LESS) * best)
     free.nlp["f"] = sum(((last[k] - v) ** 2 for k, v in target.items()), ca.SX(0))
-    found, _ = free.solve(free.solver(FINE), z, 0.0)
-    miss = max(abs(found[free.places["x"][-1]][k] - v) for k, v in target.items())
-    reached = free.objective(found)
+    variables, _ = free.solve(free.solver(FINE), z, 0.0)
+    miss = max(abs(variables[free.places["x"][-1]][k] - v) for k, v in target.items())
+    reached = free.objective(variables)
     feasible = miss <= MISS and reached <= best
     return [Neighbour(f"a control of {100 * LESS:g} % less", reached * unit, 0.0 if feasible else max(miss, MISS))]
 

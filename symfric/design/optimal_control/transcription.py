@@ -307,8 +307,8 @@ class NonlinearProgram:
     @alone(OPTIMISER)
     def solve(self, solver: ca.Function, guess: np.ndarray, relax: float) -> tuple[np.ndarray, bool]:
         """Return the variables and whether the solver succeeded."""
-        found = solver(x0=guess, p=relax, lbx=self.low, ubx=self.high, lbg=self.least, ubg=self.most)
-        return np.array(found["x"]).ravel(), bool(solver.stats()["success"])
+        solution = solver(x0=guess, p=relax, lbx=self.low, ubx=self.high, lbg=self.least, ubg=self.most)
+        return np.array(solution["x"]).ravel(), bool(solver.stats()["success"])
 
     def values(self, z: np.ndarray, name: str) -> np.ndarray:
         """Return the variables of one name, shape (n, size)."""

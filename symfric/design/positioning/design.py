@@ -47,10 +47,10 @@ class PositioningProblem:
         if self.speeds[0] < 1 < self.speeds[1]:
             V = np.union1d(V, [1.0, 1 + 1e-12])  # the equilibrium changes its branch
         y = np.array([slide.slack(e) for e in V])
-        found = [(float(y[k]), float(V[k])) for k in (0, V.size - 1, int(np.argmin(y)))]
+        slacks = [(float(y[k]), float(V[k])) for k in (0, V.size - 1, int(np.argmin(y)))]
         low = [k for k in valleys(y) if y[k] < 1]
-        found += [minimum_near(slide.slack, V, k, xatol=1e-10)[::-1] for k in low[:3]]
-        return min(found)[::-1]
+        slacks += [minimum_near(slide.slack, V, k, xatol=1e-10)[::-1] for k in low[:3]]
+        return min(slacks)[::-1]
 
     def slack(self, value: float) -> float:
         """Return the least slack over the speeds."""
@@ -275,14 +275,14 @@ def _design(scene: Scene, problem: PositioningProblem, bounds: tuple[float, floa
 
 def _beside(problem: PositioningProblem, bounds: tuple[float, float], value: float) -> list[Neighbour]:
     """Return the neighbouring designs within the bounds."""
-    found = []
+    neighbours = []
     for word, sign in (("smaller", -1), ("larger", 1)):
         for share in SHARES:
             other = value + sign * share * (bounds[1] - bounds[0])
             if bounds[0] <= other <= bounds[1] and other != value:
                 change = f"{problem.name} {word} by {share:g} of its bounds"
-                found.append(Neighbour(change, problem.error(other), -problem.slack(other)))
-    return found or [Neighbour(f"{problem.name} has no other value within its bounds", np.nan, np.nan)]
+                neighbours.append(Neighbour(change, problem.error(other), -problem.slack(other)))
+    return neighbours or [Neighbour(f"{problem.name} has no other value within its bounds", np.nan, np.nan)]
 
 
 def _on_jump(problem: PositioningProblem, bounds: tuple[float, float], value: float) -> bool:

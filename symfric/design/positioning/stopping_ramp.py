@@ -58,19 +58,19 @@ class StoppingProblem:
 
     def errors(self, ramps: np.ndarray, speeds: np.ndarray) -> np.ndarray:
         """Return the errors, shape (ramps, speeds)."""
-        found = np.empty((ramps.size, speeds.size))
+        errors = np.empty((ramps.size, speeds.size))
         abrupt = ramps <= 0
-        found[abrupt] = [self.abrupt(float(V)) for V in speeds]
+        errors[abrupt] = [self.abrupt(float(V)) for V in speeds]
         if np.all(abrupt):
-            return found
+            return errors
         if not self._programs:
             longest = self.scene(float(np.max(self.speeds)), float(ramps[-1]))
             self._programs.append(prepare(longest.wanting({"error": longest.outputs["error"]}), TOLERANCE))
         ramp, V = (e.ravel() for e in np.meshgrid(ramps[~abrupt], speeds, indexing="ij"))
         lam = np.array([self.slide.excess(v) for v in speeds])
         given = {"ramp": ramp, "speed": V, "drive": V, "lam": np.tile(lam, ramp.size // speeds.size)}
-        found[~abrupt] = self._programs[0].map(given).checked()["error"].reshape(-1, speeds.size)
-        return found
+        errors[~abrupt] = self._programs[0].map(given).checked()["error"].reshape(-1, speeds.size)
+        return errors
 
     def abrupt(self, V: float) -> float:
         """Return the error of an abrupt stop at a speed, in closed form."""
@@ -81,9 +81,9 @@ class StoppingProblem:
     def worst(self, ramp: float, speeds: np.ndarray | None = None) -> tuple[float, float]:
         """Return the speed of the largest error in size, and the error."""
         speeds = self.speeds if speeds is None else speeds
-        found = self.errors(np.array([ramp]), speeds)[0]
-        k = int(np.argmax(np.abs(found)))
-        return float(speeds[k]), float(found[k])
+        errors = self.errors(np.array([ramp]), speeds)[0]
+        k = int(np.argmax(np.abs(errors)))
+        return float(speeds[k]), float(errors[k])
 
 
 def stopping_ramp(slide: Slide, fc: float, bounds: tuple[float, float], speeds: tuple[float, float]) -> Design:
@@ -141,10 +141,10 @@ def _off_the_jump(problem: StoppingProblem, V: float, ramp: float, bounds: tuple
     """Return the ramp, or one beside it if the error jumps there: the other solver may fall on the other side."""
     step = BESIDE * (bounds[1] - bounds[0])
     sides = np.array([max(ramp - step, bounds[0]), min(ramp + step, bounds[1])])
-    found = np.abs(problem.errors(sides, np.array([V]))[:, 0])
-    if abs(found[1] - found[0]) < JUMP * (1 + np.min(found)):
+    sizes = np.abs(problem.errors(sides, np.array([V]))[:, 0])
+    if abs(sizes[1] - sizes[0]) < JUMP * (1 + np.min(sizes)):
         return ramp
-    return float(sides[np.argmin(found)])
+    return float(sides[np.argmin(sizes)])
 
 
 def _verified(problem: StoppingProblem, V: float, ramp: float) -> tuple[Compared, ...]:
@@ -162,5 +162,5 @@ def _beside(problem: StoppingProblem, bounds: tuple[float, float], ramp: float, 
     """Return the neighbouring designs within the bounds."""
     steps = [sign * share * (bounds[1] - bounds[0]) for share in NEIGHBOURS for sign in (-1, 1)]
     others = [ramp + step for step in steps if bounds[0] <= ramp + step <= bounds[1]]
-    found = [Neighbour(f"ramp = {e:.6g}", abs(problem.worst(e, fine)[1]), 0.0) for e in others if e != ramp]
-    return found or [Neighbour("the ramp has no other value within its bounds", np.nan, np.nan)]
+    neighbours = [Neighbour(f"ramp = {e:.6g}", abs(problem.worst(e, fine)[1]), 0.0) for e in others if e != ramp]
+    return neighbours or [Neighbour("the ramp has no other value within its bounds", np.nan, np.nan)]

@@ -117,7 +117,7 @@ def _functions(
     belt: Belt, pieces: list[ca.Function], breaks: list[float], rest: float, nodes: int
 ) -> tuple[ca.Function, ca.Function]:
     v, q = ca.SX.sym("v"), ca.SX.sym("q")
-    found = []
+    functions = []
     for name, inside in (("inside", True), ("outside", False)):
         slope, weighted, mean = _means(pieces, breaks, v, q, inside, nodes)
         if inside and rest != 0:
@@ -127,8 +127,8 @@ def _functions(
         power = 0.5 * belt.damping * q * q - belt.normal * q * weighted
         share = mean / _on_branch(pieces, breaks, v, 0)
         names = ["damping", "power", "friction", "share"]
-        found.append(ca.Function(name, [v, q], [damping, power, mean, share], ["v", "q"], names))
-    return found[0], found[1]
+        functions.append(ca.Function(name, [v, q], [damping, power, mean, share], ["v", "q"], names))
+    return functions[0], functions[1]
 
 
 def _means(

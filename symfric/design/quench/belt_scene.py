@@ -117,7 +117,7 @@ def read_belt(scene: Scene) -> Belt:
 
 def _together(scene: Scene, given: Given) -> tuple[float, Law]:
     """Return load and law of the single contact that is equivalent to all contacts."""
-    loads, found = [], []
+    loads, frictions = [], []
     for contact in scene.contacts:
         what = f"the normal load of contact {contact.name!r}, with its profile,"
         loads.append(_constant(contact.normal * contact.profile, given, what))
@@ -127,13 +127,13 @@ def _together(scene: Scene, given: Given) -> tuple[float, Law]:
         if law.free_symbols:
             names = ", ".join(sorted(s.name for s in law.free_symbols))
             raise SceneError(f"the law of contact {contact.name!r} depends on {names}; quench needs it in numbers")
-        found.append(law)
+        frictions.append(law)
     normal = sum(loads)
     if not normal > 0:
         raise SceneError("the normal loads of all contacts are 0; at least one must be positive")
-    if len(found) == 1:
-        return normal, found[0]
-    parts = [(load / normal, law) for load, law in zip(loads, found, strict=True) if load > 0]
+    if len(frictions) == 1:
+        return normal, frictions[0]
+    parts = [(load / normal, law) for load, law in zip(loads, frictions, strict=True) if load > 0]
     breaks, steep = ({b for _, law in parts for b in getattr(law, name)} for name in ("breaks", "steep"))
     together = Law(
         kinetic=sum((share * law.kinetic for share, law in parts), sp.Integer(0)),

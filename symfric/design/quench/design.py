@@ -118,10 +118,10 @@ def quench(
     still = _unshaken(problem.speeds)
     if problem.intensities[0] == 0 and still[0] >= problem.margin:
         return _idle(belt, problem, still)
-    found = search(problem)
-    if not isinstance(found, Optimum):
+    optimum = search(problem)
+    if not isinstance(optimum, Optimum):
         raise NotFound(missing(problem, still))
-    return _design(belt, problem, found)
+    return _design(belt, problem, optimum)
 
 
 def _ratios(follow: bool, k: tuple[float, float] | None) -> tuple[float, float] | None:
@@ -223,36 +223,36 @@ def _idle(belt: Belt, problem: QuenchProblem, still: tuple[float, float]) -> Des
     program, duration = prepare_map(belt, (0.0, Omega), at)
     seen = probe(belt, program, duration, (0.0, Omega), at, rest, decay_rate(belt, damping))
     values = problem.values(0.0)
-    found = _placed(belt, problem, values, at)
+    scene = _placed(belt, problem, values, at)
     around = [Neighbour("any excitation", float(np.nextafter(0, 1)), 0.0)]
     check = MultiplierCheck(0.0, (seen,), ())
-    return design(values, 0.0, (NONE_NEEDED,), found, check, curve, claim="optimal", neighbours=around)
+    return design(values, 0.0, (NONE_NEEDED,), scene, check, curve, claim="optimal", neighbours=around)
 
 
-def _design(belt: Belt, problem: QuenchProblem, found: Optimum) -> Design:
-    excitation = problem.excitation(found.q)
+def _design(belt: Belt, problem: QuenchProblem, optimum: Optimum) -> Design:
+    excitation = problem.excitation(optimum.q)
     speeds = problem.speeds
-    worst = speeds.worst(found.regime, found.q)
+    worst = speeds.worst(optimum.regime, optimum.q)
     near = problem.margin + ACTIVE * speeds.averaged.scale
     marks = [p.v for p in worst if p.value <= near]
-    limit = _at_a_jump(problem, found)
+    limit = _at_a_jump(problem, optimum)
     if limit:
         marks += [p.v for p in speeds.worst("outside", 1.0)[:1]] if problem.followed else [speeds.high]
     marks = sorted(set(marks))
     active = [f"damping at v_b = {v:.6g}" for v in marks]
     if problem.minimise == "power" and speeds.low < speeds.high:
-        active.append(f"mean power largest at v_b = {speeds.worst(found.regime, found.q, 'power')[0].v:.6g}")
-    active += _on_limits(problem, found)
-    active += _on_bounds(*_bounded(problem, found))
-    check = checked(belt, problem, found)
-    values = problem.values(found.q)
+        active.append(f"mean power largest at v_b = {speeds.worst(optimum.regime, optimum.q, 'power')[0].v:.6g}")
+    active += _on_limits(problem, optimum)
+    active += _on_bounds(*_bounded(problem, optimum))
+    check = checked(belt, problem, optimum)
+    values = problem.values(optimum.q)
     scene = _placed(belt, problem, values, marks[0] if marks else worst[0].v)
     claim = "infimum" if limit else "optimal"
-    curve = _along(problem, found.q, tuple(marks))
+    curve = _along(problem, optimum.q, tuple(marks))
     better = None if problem.followed else _corrected(belt, problem, excitation, marks)
-    around = beside(belt, problem, found, check)
+    around = beside(belt, problem, optimum, check)
     return design(
-        values, found.objective, active, scene, check, curve, claim=claim, neighbours=around, corrected=better
+        values, optimum.objective, active, scene, check, curve, claim=claim, neighbours=around, corrected=better
     )
 
 
@@ -261,22 +261,22 @@ def _corrected(
 ) -> dict[str, float] | None:
     """Return the excitation with the largest of the amplitudes that the full model requires at the active speeds."""
     a, Omega = excitation
-    averaged, q, found = problem.speeds.averaged, belt.gain * a * Omega, []
+    averaged, q, required = problem.speeds.averaged, belt.gain * a * Omega, []
     for v in (v for v in marks if v > 0):
         friction = float((averaged.inside if v < q else averaged.outside)(v, q)[2])
-        found.append(corrected(belt, excitation, v, belt.normal * friction / belt.stiffness, problem.margin))
-    amplitudes = [e for e in found if e is not None]
-    if not found or len(amplitudes) < len(found):
+        required.append(corrected(belt, excitation, v, belt.normal * friction / belt.stiffness, problem.margin))
+    amplitudes = [e for e in required if e is not None]
+    if not required or len(amplitudes) < len(required):
         return None
     return {AMPLITUDE: max(amplitudes), FREQUENCY: Omega}
 
 
-def _on_limits(problem: QuenchProblem, found: Optimum) -> list[str]:
+def _on_limits(problem: QuenchProblem, optimum: Optimum) -> list[str]:
     """Return the limits that hold with equality."""
-    a, Omega = problem.excitation(found.q)
+    a, Omega = problem.excitation(optimum.q)
     active = []
     for c in problem.conditions[1:]:
-        worst = problem.speeds.worst(found.regime, found.q, c.kind)[0]
+        worst = problem.speeds.worst(optimum.regime, optimum.q, c.kind)[0]
         if c.slack(worst.value) <= ACTIVE:
             active.append(f"limit on the {c.kind} at v_b = {worst.v:.6g}")
     largest = problem.limits.get("acceleration", np.inf)
@@ -293,17 +293,17 @@ def _on_bounds(*variables: tuple[str, float, tuple[float, float]]) -> list[str]:
     ]
 
 
-def _bounded(problem: QuenchProblem, found: Optimum) -> list[tuple[str, float, tuple[float, float]]]:
+def _bounded(problem: QuenchProblem, optimum: Optimum) -> list[tuple[str, float, tuple[float, float]]]:
     """Return name, value and bounds of the design parameters, and of the amplitude at the highest speed."""
-    a, Omega = problem.excitation(found.q)
+    a, Omega = problem.excitation(optimum.q)
     both = [(AMPLITUDE, a, problem.a), (FREQUENCY, Omega, problem.Omega)]
-    return [*both, (problem.ratio, found.q, problem.ratios)] if problem.followed else both
+    return [*both, (problem.ratio, optimum.q, problem.ratios)] if problem.followed else both
 
 
-def _at_a_jump(problem: QuenchProblem, found: Optimum) -> bool:
+def _at_a_jump(problem: QuenchProblem, optimum: Optimum) -> bool:
     """Whether the damping jumps at an optimum, so that only a larger excitation satisfies the condition."""
     edge, before = (1.0, "outside") if problem.followed else (problem.speeds.high, "mixed")
-    return found.regime == "inside" and found.q == edge and problem.slack(before, found.q) < 0
+    return optimum.regime == "inside" and optimum.q == edge and problem.slack(before, optimum.q) < 0
 
 
 def _placed(belt: Belt, problem: QuenchProblem, values: dict[str, float], v_b: float) -> Scene:

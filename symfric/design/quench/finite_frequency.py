@@ -53,7 +53,7 @@ def corrected(belt: Belt, excitation: tuple[float, float], v_b: float, rest: flo
     forced = ShootingSystem(flow, values, multiple=1, widths=(a,))
     try:
         orbit = solve(forced, forced.pack(start, 0.0, values), np.array([0.0, 0.0, 1.0]))
-        found = solve(replace(forced, test=TestFunction(shrinks)), orbit.z).z[-1]
+        amplitude = solve(replace(forced, test=TestFunction(shrinks)), orbit.z).z[-1]
     except (NotFound, np.linalg.LinAlgError):
         return None
-    return float(found) if abs(found - a) < _FAR * a else None
+    return float(amplitude) if abs(amplitude - a) < _FAR * a else None

@@ -48,8 +48,8 @@ class FollowedSpeeds:
         low, high = self._ends
         kinks = np.array([np.resize(self._kinks(ratio, "friction"), self._most) for ratio in q]).reshape(q.size, -1)
         v = np.hstack([np.broadcast_to(low + (high - low) * SHARES, (q.size, SHARES.size)), np.clip(kinks, low, high)])
-        found = evaluated(self.averaged, regime == "inside", v, q[:, None] * v, kinds)
-        return {k: y.max(axis=1) if k == "power" else y.min(axis=1) for k, y in found.items()}
+        values = evaluated(self.averaged, regime == "inside", v, q[:, None] * v, kinds)
+        return {k: y.max(axis=1) if k == "power" else y.min(axis=1) for k, y in values.items()}
 
     def worst(self, regime: str, q: float, kind: str = "damping") -> list[SpeedPoint]:
         """Return the local minima of the damping or the friction, maxima of the power; the worst comes first."""
@@ -71,8 +71,8 @@ class FollowedSpeeds:
     def _kinks(self, ratio: float, kind: str) -> list[float]:
         """Return the belt speeds at which v, v - q v or v + q v is at a level of the law, increasing."""
         rates = (1 - ratio, 1 + ratio, *([1.0] if kind == "friction" else []))
-        found = {level / rate for level in self.averaged.levels for rate in rates if rate != 0 and level != 0}
-        return sorted(v for v in found if v > 0) or [self.high]
+        speeds = {level / rate for level in self.averaged.levels for rate in rates if rate != 0 and level != 0}
+        return sorted(v for v in speeds if v > 0) or [self.high]
 
 
 def _cell(low: float, high: float) -> np.ndarray:

@@ -32,12 +32,12 @@ class _Side:
     friction: float
 
 
-def checked(belt: Belt, problem: QuenchProblem, found: Optimum) -> MultiplierCheck:
+def checked(belt: Belt, problem: QuenchProblem, optimum: Optimum) -> MultiplierCheck:
     """Run the full model with a changed by 1 % plus the averaging error, and by more if that is still stable below."""
-    a, Omega = problem.excitation(found.q)
+    a, Omega = problem.excitation(optimum.q)
     step = 0.01 + 4 * (belt.frequency / Omega) ** 2
-    worst = (c.slack(problem.speeds.worst(found.regime, found.q, c.kind)[0].value) for c in problem.conditions[1:])
-    bound = problem.followed and found.q <= problem.intensities[0] * (1 + AT)
+    worst = (c.slack(problem.speeds.worst(optimum.regime, optimum.q, c.kind)[0].value) for c in problem.conditions[1:])
+    bound = problem.followed and optimum.q <= problem.intensities[0] * (1 + AT)
     limited = min(worst, default=1.0) < AT or bound  # a limit is active: no instability is required below
     for _ in range(4):
         below = _side(belt, problem, ((1 - step) * a, Omega))
@@ -54,16 +54,16 @@ def checked(belt: Belt, problem: QuenchProblem, found: Optimum) -> MultiplierChe
         rate = decay_rate(belt, side.damping)
         probes.append(probe(belt, program, duration, side.excitation, side.v_b, rest, rate))
     first, *more, less = probes
-    at = replace(found, q=(1 + step) * found.q) if problem.followed and found.q == 1 else found  # 1 is a limit
+    at = replace(optimum, q=(1 + step) * optimum.q) if problem.followed and optimum.q == 1 else optimum  # 1 is a limit
     limits = _limited(belt, problem, at, program, duration, tuple(meters))
     if problem.followed:
         limits += measured(belt, problem, problem.values(at.q))
     return MultiplierCheck(step, (first,), (less,), limits, tuple(more))
 
 
-def beside(belt: Belt, problem: QuenchProblem, found: Optimum, check: MultiplierCheck) -> list[Neighbour]:
+def beside(belt: Belt, problem: QuenchProblem, optimum: Optimum, check: MultiplierCheck) -> list[Neighbour]:
     """Return the neighbours of an optimum within the bounds: one on the full model, the others on the averaged one."""
-    q, (low, high), name = found.q, problem.intensities, problem.symbol.partition(" ")[0]
+    q, (low, high), name = optimum.q, problem.intensities, problem.symbol.partition(" ")[0]
     neighbours = []
     for share in (1 - 1e-2, 1 - 1e-3, 1 - 1e-5, 1 + 1e-5, 1 + 1e-3):
         if low <= share * q <= high:
@@ -97,15 +97,15 @@ def _meters(belt: Belt, kinds: list[str]) -> dict[str, Output]:
 
 
 def _limited(
-    belt: Belt, problem: QuenchProblem, found: Optimum, program: Program, duration: float, kinds: tuple[str, ...]
+    belt: Belt, problem: QuenchProblem, optimum: Optimum, program: Program, duration: float, kinds: tuple[str, ...]
 ) -> tuple[Compared, ...]:
     """Compare limited friction and power with the full model under the excitation at its finite frequency."""
     rows = []
     for kind in kinds:
-        worst = problem.speeds.worst(found.regime, found.q, kind)[0]
+        worst = problem.speeds.worst(optimum.regime, optimum.q, kind)[0]
         averaged = problem.speeds.averaged.inside if worst.inside else problem.speeds.averaged.outside
-        rest = belt.normal * float(averaged(worst.v, problem.speeds.fast(found.q, worst.v))[2]) / belt.stiffness
-        a, Omega = problem.at_speed(problem.excitation(found.q), worst.v)
+        rest = belt.normal * float(averaged(worst.v, problem.speeds.fast(optimum.q, worst.v))[2]) / belt.stiffness
+        a, Omega = problem.at_speed(problem.excitation(optimum.q), worst.v)
         start = forced(belt, program, (a, Omega), worst.v, rest)
         mean = np.nan
         if np.all(np.isfinite(list(start.values()))):
@@ -115,7 +115,7 @@ def _limited(
         unit = belt.normal * belt.law(worst.v) if kind == "friction" else 1.0
         tolerance, size = NEAR * (belt.frequency / Omega) ** 2, 0.0
         if problem.followed:  # on slow belts, too
-            fast = problem.speeds.fast(found.q, worst.v)
+            fast = problem.speeds.fast(optimum.q, worst.v)
             tolerance = float(averaging_error(belt, Omega, fast))
             size = belt.normal * belt.law(worst.v) * fast if kind == "power" else 1.0
         words = {"friction": "share of the friction", "power": "mean power"}[kind]

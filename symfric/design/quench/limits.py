@@ -28,16 +28,18 @@ def read_limits(limits: Mapping[str, float] | None) -> dict[str, float]:
         return {}
     if not isinstance(limits, Mapping):
         raise SceneError(f"limits is {limits!r}; write a dict such as {{'friction': 0.5, 'acceleration': 50.0}}")
-    found = {}
+    numbers = {}
     for name, value in limits.items():
         if name not in LIMITS:
             raise SceneError(f"no limit {name!r}{nearest(str(name), LIMITS)}")
-        found[name] = finite(value, f"the limit on the {name}")
-        if not found[name] > 0:
-            raise SceneError(f"the limit on the {name} is {found[name]:g}; it must be positive")
-    if found.get("friction", 0.0) > 1:
-        raise SceneError(f"the limit on the friction is {found['friction']:g}; it is the remaining fraction, at most 1")
-    return found
+        numbers[name] = finite(value, f"the limit on the {name}")
+        if not numbers[name] > 0:
+            raise SceneError(f"the limit on the {name} is {numbers[name]:g}; it must be positive")
+    if numbers.get("friction", 0.0) > 1:
+        raise SceneError(
+            f"the limit on the friction is {numbers['friction']:g}; it is the remaining fraction, at most 1"
+        )
+    return numbers
 
 
 def missing(problem: QuenchProblem, still: tuple[float, float]) -> str:
@@ -51,10 +53,10 @@ def missing(problem: QuenchProblem, still: tuple[float, float]) -> str:
         The least damping without excitation and its belt speed.
     """
     stable = replace(problem, limits={})
-    found = search(stable)
-    if isinstance(found, Optimum):
+    answer = search(stable)
+    if isinstance(answer, Optimum):
         return _beyond_limits(problem, stable)
-    return _unstable(stable, found, still)
+    return _unstable(stable, answer, still)
 
 
 def _unstable(problem: QuenchProblem, closest: tuple[float, str], still: tuple[float, float]) -> str:
@@ -113,7 +115,7 @@ def _least_excess(problem: QuenchProblem, stable: QuenchProblem) -> tuple[float,
         values = {k: problem.speeds.worst(regime, q, k)[0].value for k in problem.limits if k != "acceleration"}
         return float(_excess(problem, q, values)[0])
 
-    found = []
+    candidates = []
     for regime, ends in stable.speeds.regimes(*stable.intensities).items():
         q = grid_of(*ends)
         q = q[q > 0]
@@ -129,9 +131,9 @@ def _least_excess(problem: QuenchProblem, stable: QuenchProblem) -> tuple[float,
             continue
         rough = _excess(problem, q, stable.speeds.scan(regime, q))
         k = int(np.argmin(rough))
-        found.append((excess(regime, float(q[k])), float(q[k]), regime))
+        candidates.append((excess(regime, float(q[k])), float(q[k]), regime))
         sides = q[max(k - 1, 0)], q[min(k + 1, q.size - 1)]
         if sides[0] < sides[1] and all(stable.slack(regime, float(e)) >= 0 for e in sides):
             best = minimum(partial(excess, regime), *sides, xatol=1e-10 * sides[1])
-            found.append((best.value, best.place, regime))
-    return min(found)[1:]
+            candidates.append((best.value, best.place, regime))
+    return min(candidates)[1:]

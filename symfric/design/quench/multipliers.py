@@ -152,10 +152,10 @@ def probe(
     strobe, size = _strobe(belt, program, excitation, v_b, runs)
     start = np.array([rest, 0.0]) + belt.fast_start(a, Omega)
     x, slopes = _fixed_point(strobe, start, size)
-    found = bool(np.all(np.isfinite(slopes)))
-    largest = float(np.max(np.abs(np.linalg.eigvals(slopes)))) if found else nan
+    vibrates = bool(np.all(np.isfinite(slopes)))
+    largest = float(np.max(np.abs(np.linalg.eigvals(slopes)))) if vibrates else nan
     first = 1e-4 * float(size[0])
-    last = _followed(strobe, x, first, size) if found else nan
+    last = _followed(strobe, x, first, size) if vibrates else nan
     failed = next((r for r in runs if r.status != 0), None)
     residual = nan if failed else runs[-1].energy_residual()
     if failed:
@@ -163,7 +163,7 @@ def probe(
     elif residual > BALANCE:
         status = f"the energy residual of the run is {residual:.1g}, so its result is not valid"
     else:
-        status = "OK" if found else "no forced vibration of the forcing's period was found"
+        status = "OK" if vibrates else "no forced vibration of the forcing's period was found"
     decay = -float(np.log(max(largest, 1e-300))) / duration
     return MultiplierProbe(v_b, a, Omega, decay, rate, largest, first, last, duration, residual, status)
 

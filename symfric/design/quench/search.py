@@ -160,9 +160,9 @@ def search(problem: QuenchProblem) -> Optimum | tuple[float, str]:
         if best is not None and problem.minimise != "power" and start.low >= best.q:
             break  # intensity and force rise with q
         q = _least(problem, start)
-        found = Optimum(q, start.regime, problem.objective(start.regime, q))
-        if best is None or found.objective < best.objective - 1e-13 * abs(best.objective):
-            best = found
+        optimum = Optimum(q, start.regime, problem.objective(start.regime, q))
+        if best is None or optimum.objective < best.objective - 1e-13 * abs(best.objective):
+            best = optimum
     return closest if best is None else best
 
 
@@ -202,11 +202,11 @@ def refined(
     for k in peaks[np.argsort(-slack[peaks])][:3]:
         low, high = q[k - 1], q[k + 1]
         for tolerance in (1e-3 * (high - low), 1e-9 * high):
-            found = minimum(lambda s: -problem.slack(regime, s), low, high, xatol=tolerance)
-            if found.value > FAR:
+            top = minimum(lambda s: -problem.slack(regime, s), low, high, xatol=tolerance)
+            if top.value > FAR:
                 break
-        if -found.value > slack[k]:
-            extra.append((found.place, -found.value))
+        if -top.value > slack[k]:
+            extra.append((top.place, -top.value))
     if not extra:
         return q, slack, power
     more, values = (np.array(e) for e in zip(*extra, strict=True))
@@ -231,9 +231,9 @@ def _least(problem: QuenchProblem, start: QuenchStart) -> float:
     if problem.minimise != "power" or not high > low:
         return low  # intensity and force rise with q
     ends = [(problem.objective(start.regime, e), e) for e in (low, q, high)]
-    found = minimum(lambda s: problem.objective(start.regime, s), low, high, xatol=1e-12 * high)
-    if problem.slack(start.regime, found.place) >= 0:
-        ends.append((found.value, found.place))
+    lowest = minimum(lambda s: problem.objective(start.regime, s), low, high, xatol=1e-12 * high)
+    if problem.slack(start.regime, lowest.place) >= 0:
+        ends.append((lowest.value, lowest.place))
     return min(ends)[1]
 
 
@@ -248,6 +248,7 @@ def edge(problem: QuenchProblem, regime: str, good: float, bad: float) -> float:
         return bad
     if np.isfinite(last) and np.isfinite(slack(good)):
         root = zero(slack, good, bad, rtol=4e-15)
+        # the root may miss the condition by rounding, and a design must meet it
         for share in (0.0, 1e-15, 1e-14, 1e-13, 1e-12):
             inner = root + share * (root if good > bad else -root)
             if min(good, bad) <= inner <= max(good, bad) and slack(inner) >= 0:

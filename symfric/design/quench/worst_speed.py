@@ -147,13 +147,13 @@ def evaluated(
     """Evaluate the quantities of `ROWS`, or some of them, at belt speeds and intensities of equal shape."""
     place = v.reshape(1, -1), q.reshape(1, -1)
     if set(kinds) == {"damping"}:
-        found = {"damping": np.array(averaged.dampings[0 if inside else 1](*place)).reshape(v.shape)}
+        values = {"damping": np.array(averaged.dampings[0 if inside else 1](*place)).reshape(v.shape)}
     else:
         outputs = (averaged.inside if inside else averaged.outside)(*place)
-        found = {kind: np.array(outputs[ROWS[kind]]).reshape(v.shape) for kind in kinds}
-    if not inside and averaged.falls_steeply and "damping" in found:
-        found["damping"] = np.where(v <= q, -np.inf, found["damping"])
-    return found
+        values = {kind: np.array(outputs[ROWS[kind]]).reshape(v.shape) for kind in kinds}
+    if not inside and averaged.falls_steeply and "damping" in values:
+        values["damping"] = np.where(v <= q, -np.inf, values["damping"])
+    return values
 
 
 def worst_points(groups: list[tuple[bool, list[np.ndarray], Values]], kind: str, scale: float) -> list[SpeedPoint]:
@@ -168,16 +168,16 @@ def worst_points(groups: list[tuple[bool, list[np.ndarray], Values]], kind: str,
     scale : float
         Size of a damping.
     """
-    sign, found = -1.0 if kind == "power" else 1.0, []
+    sign, lows = -1.0 if kind == "power" else 1.0, []
     for inside, cells, values_at in groups:
         y = sign * values_at(np.concatenate(cells))
         size = np.max(np.abs(y[np.isfinite(y)]), initial=scale if kind == "damping" else 0.0)
         split = np.cumsum([c.size for c in cells])[:-1]
         for speeds, values in zip(cells, np.split(y, split), strict=True):
-            found += [(_Low(inside, *e), values_at) for e in _lows(speeds, values, 1e-13 * float(size))]
-    least = min((low.value for low, _ in found), default=np.inf)
+            lows += [(_Low(inside, *e), values_at) for e in _lows(speeds, values, 1e-13 * float(size))]
+    least = min((low.value for low, _ in lows), default=np.inf)
     points = []
-    for low, values_at in found:
+    for low, values_at in lows:
         at, value = low.v, low.value
         if low.reach <= least and low.ends[1] > low.ends[0]:
             at, value = _polished(low, values_at, sign)
@@ -226,11 +226,11 @@ def _cell(low: Edge, high: Edge, q: float) -> np.ndarray:
 def _lows(v: np.ndarray, y: np.ndarray, rounding: float) -> list[tuple[Any, ...]]:
     """Return the local minima of values on a grid: v, y, neighbours, lower bound and rounding error."""
     left, right = np.concatenate([[np.inf], y[:-1]]), np.concatenate([y[1:], [np.inf]])
-    found = []
+    lows = []
     for k in np.flatnonzero((y <= left) & (y <= right)).tolist():
         a, b = max(k - 1, 0), min(k + 1, v.size - 1)
         highest = float(np.max(y[a : b + 1]))
         smooth = np.isfinite(y[k]) and highest > y[k] + rounding  # not a plateau
         ends = (float(v[a]), float(v[b])) if smooth else (float(v[k]), float(v[k]))
-        found.append((float(v[k]), float(y[k]), ends, float(2 * y[k] - highest) if smooth else np.inf, rounding))
-    return found
+        lows.append((float(v[k]), float(y[k]), ends, float(2 * y[k] - highest) if smooth else np.inf, rounding))
+    return lows

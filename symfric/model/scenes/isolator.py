@@ -244,10 +244,10 @@ def patched_floor(
         raise SceneError(f"spread is {spread:g}; nothing within it has the deviation {deviation:g}")
     shape = 0.5 * ((spread / deviation) ** 2 - 1.0)
     drawn = np.random.default_rng(seed).beta(shape, shape, n)
-    found = _stretched_within(drawn, spread / deviation)
-    if found is None:
+    stretched = _stretched_within(drawn, spread / deviation)
+    if stretched is None:
         raise SceneError(f"{n} cells drawn with seed {seed} do not get the deviation {deviation:g} within {spread:g}")
-    values = mean + deviation * found
+    values = mean + deviation * stretched
     if np.any(values < 0):
         raise SceneError(f"a coefficient is {values.min():.3g}; take a smaller deviation or spread")
     return length * np.linspace(-0.5, 0.5, n + 1), values
@@ -255,15 +255,15 @@ def patched_floor(
 
 def _stretched_within(drawn: np.ndarray, reach: float) -> np.ndarray | None:
     """Return numbers with mean 0, deviation 1 and nothing beyond +-reach, near those drawn; None if that fails."""
-    found: np.ndarray = drawn
+    stretched: np.ndarray = drawn
     for _ in range(1000):
-        deviation = found.std()
+        deviation = stretched.std()
         if deviation == 0:
             return None
-        found = (found - found.mean()) / deviation
-        if np.max(np.abs(found)) <= reach * (1 + 1e-12):
-            return found
-        found = np.clip(found, -reach, reach)
+        stretched = (stretched - stretched.mean()) / deviation
+        if np.max(np.abs(stretched)) <= reach * (1 + 1e-12):
+            return stretched
+        stretched = np.clip(stretched, -reach, reach)
     return None
 
 

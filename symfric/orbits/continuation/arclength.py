@@ -6,7 +6,7 @@ from symfric.errors import NotFound
 from symfric.orbits.shooting import Point, ShootingSystem, solve, step_of
 from symfric.orbits.sizes import kinds
 
-CORRECTIONS = 8
+CORRECTIONS = 8  # most of one step; a step that needs more is better halved
 REST = 1e-6  # range of a motion, relative to those of an orbit, below which it counts as at rest
 _SHARE = 0.02  # least unit of a state, relative to its largest range along the branch
 _FAINT = 1e-3  # the same relative to the largest range of a state of its kind, for states that do not move as yet
@@ -67,6 +67,7 @@ def step_along(
         new = solve(system, guess, normal, CORRECTIONS)
     except NotFound:
         return None, False
+    # rest solves the equations too; and what lies farther off than the step may be another branch
     rests = np.all(new.passage.ranges <= REST * point.passage.ranges)
     if rests or np.linalg.norm((new.z - guess) / size) > max(step, 1e-9):
         return None, False

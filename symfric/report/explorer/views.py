@@ -193,7 +193,7 @@ def explorer(file: SceneFile) -> Explorer:
     extremes: dict[str, Output] = {f"high{k}": Max(q) for k, q in enumerate(scene.system.q)}
     extremes |= {f"low{k}": Min(q) for k, q in enumerate(scene.system.q)}
     fastest = float(np.max(np.abs(path.x[n : 2 * n])))
-    found = Explorer(
+    prepared = Explorer(
         file,
         tables,
         _ranges(file, swept, speeds),
@@ -204,21 +204,21 @@ def explorer(file: SceneFile) -> Explorer:
         Settling(scene, times, extremes, tolerance=TOLERANCE),
         tuple(_friction(file, contact, fastest) for contact in scene.contacts),
     )
-    for values in _choices_of_zeros(found.ranges):
-        found.view(values)
+    for values in _choices_of_zeros(prepared.ranges):
+        prepared.view(values)
         if swept:
-            found.half_range(values, float(speeds[-1]))
-    return found
+            prepared.half_range(values, float(speeds[-1]))
+    return prepared
 
 
 def _starts(file: SceneFile, path: Run) -> tuple[SliderRange, ...]:
     """Return a range around the start of each state that is a number, as wide as the motion at least."""
-    found = []
+    sliders = []
     for k, (state, value) in enumerate(file.scene.initial.items()):
         if isinstance(value, float):
             reach = 1.5 * (float(np.max(np.abs(path.x[k]))) or 1.0)
-            found.append(SliderRange(state.name, file.units.get(state.name, ""), -reach, reach, value))
-    return tuple(found)
+            sliders.append(SliderRange(state.name, file.units.get(state.name, ""), -reach, reach, value))
+    return tuple(sliders)
 
 
 def _sweep(file: SceneFile) -> tuple[str, np.ndarray]:
@@ -226,10 +226,10 @@ def _sweep(file: SceneFile) -> tuple[str, np.ndarray]:
     if file.sweep is not None:
         return file.sweep.parameter, np.linspace(file.sweep.start, file.sweep.stop, POINTS)
     values = file.scene.parameter_values()
-    found = [s for s in belt_speeds(file.scene) if values[s] != 0]
-    if not found:
+    speeds = [s for s in belt_speeds(file.scene) if values[s] != 0]
+    if not speeds:
         return "", np.zeros(0)
-    return found[0].name, np.linspace(0.1, 3.0, POINTS) * values[found[0]]
+    return speeds[0].name, np.linspace(0.1, 3.0, POINTS) * values[speeds[0]]
 
 
 def _coarse_first(values: np.ndarray) -> np.ndarray:
@@ -245,15 +245,15 @@ def _ranges(file: SceneFile, swept: str, speeds: np.ndarray) -> tuple[SliderRang
     """Return a range around each value; of a zero value, the bounds of the design, or 0 to 1."""
     plan = file.plan("quench")
     bounds = {} if plan is None else {k: list(plan.arguments[k]) for k in ("a", "Omega")}
-    found = []
+    sliders = []
     for symbol, value in file.scene.parameter_values().items():
         low, high = (value / 10, 3 * value) if value > 0 else (3 * value, value / 10) if value < 0 else (0.0, 1.0)
         if value == 0 and symbol.name in bounds:
             high = float(bounds[symbol.name][1])
         if symbol.name == swept:
             low, high = min(float(speeds.min()), value), max(float(speeds.max()), value)
-        found.append(SliderRange(symbol.name, file.units.get(symbol.name, ""), low, high, float(value)))
-    return tuple(found)
+        sliders.append(SliderRange(symbol.name, file.units.get(symbol.name, ""), low, high, float(value)))
+    return tuple(sliders)
 
 
 def _choices_of_zeros(ranges: tuple[SliderRange, ...]) -> list[dict[str, float]]:

@@ -17,8 +17,8 @@ def package_version(name: str) -> str:
 
 def versions() -> dict[str, str]:
     """Return the versions shown on a page."""
-    found = {name: package_version(name) for name in ("symfric", *BESIDE)}
-    return {"python": platform.python_version(), **found}
+    installed = {name: package_version(name) for name in ("symfric", *BESIDE)}
+    return {"python": platform.python_version(), **installed}
 
 
 def used(versions: Mapping[str, str]) -> str:

@@ -5,7 +5,7 @@ import math
 from symfric.identification.fit import Fit
 from symfric.report.html.versions import used
 from symfric.report.html.words import inline_name, number
-from symfric.report.identification.figures import profile_picture, record_pictures
+from symfric.report.identification.pictures import profile_picture, record_pictures
 from symfric.report.identification.result import IdentificationResult
 from symfric.templates import render
 

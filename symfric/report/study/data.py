@@ -31,15 +31,15 @@ def plain(value: Any) -> Any:
 
 def to_dict(study: StudyResult) -> dict[str, Any]:
     """Return a study as plain data."""
-    found: dict[str, Any] = {"file": study.file.path, "title": study.file.title}
+    tree: dict[str, Any] = {"file": study.file.path, "title": study.file.title}
     for section in study.sections:
         *outer, name = section.key.split(".")
-        place = found[outer[0]] if outer else found
+        place = tree[outer[0]] if outer else tree
         if name and place is not None:
             value = study[section].value
             place[name] = section.without if value is None else section.data(study, value)
     rest = {"skipped": study.skipped(), "versions": dict(study.versions), "seconds": study.seconds}
-    data: dict[str, Any] = plain({**found, **rest})
+    data: dict[str, Any] = plain({**tree, **rest})
     return data
 
 

@@ -22,7 +22,7 @@ def asked(plan: DesignPlan, file: SceneFile) -> str:
     return f"Asked: {plan.question(wording(file))}."
 
 
-def found(design: Designed, file: SceneFile) -> list[str]:
+def result_in_words(design: Designed, file: SceneFile) -> list[str]:
     """Return the result of a design and of its verification as sentences."""
     active = ", ".join(design.active)
     lines = [f"Status: {STATUS.get(design.status, design.status)}."]
@@ -51,8 +51,8 @@ def rows(plan: DesignPlan, design: Designed, file: SceneFile) -> list[tuple[str,
 
 def sentence(plan: DesignPlan, design: Designed, file: SceneFile) -> str:
     """Return the sentence of the summary, with values that the full model confirms."""
-    found, margin = plan.working(design)
-    values = ", ".join(f"{k} = {with_unit(f'{v:.5g}', file.units.get(k, ''))}" for k, v in found.items())
+    working, margin = plan.working(design)
+    values = ", ".join(f"{k} = {with_unit(f'{v:.5g}', file.units.get(k, ''))}" for k, v in working.items())
     if not design.check.agrees:
         return f"{plan.heading}: {values} by the design's own model; the full model does not confirm it, see below."
     more = f", {100 * margin:.2g} % more than the least that will do" if 0 < margin < math.inf else ""

@@ -104,13 +104,13 @@ def motion(scene: Scene, also: Mapping[str, Output] = MappingProxyType({}), tole
 
 def contact_outputs(scene: Scene) -> dict[str, Output]:
     """Return outputs of the motion that say what the contacts of a structure do."""
-    found: dict[str, Output] = {}
+    outputs: dict[str, Output] = {}
     if scene.system.linear is None or len(scene.contacts) > MOST_CONTACTS:
-        return found
+        return outputs
     for c in scene.contacts:
-        found[f"least load of contact {c.name}"] = Min(sp.sympify(c.normal))
-        found[f"energy dissipated in contact {c.name}"] = Integral(dissipated_power(c.name))
-    return found
+        outputs[f"least load of contact {c.name}"] = Min(sp.sympify(c.normal))
+        outputs[f"energy dissipated in contact {c.name}"] = Integral(dissipated_power(c.name))
+    return outputs
 
 
 def vibrations(
@@ -132,12 +132,12 @@ def vibrations(
             scene = scene.where({parameter: float(values[0])})
         times = schedule(scene, plan.settle, plan.window, varied)
         return _measured(scene, times, plan.coordinate, {parameter: np.asarray(values)}, progress)
-    found = []
+    measured = []
     for k, v in enumerate(values):  # settling times depend on the value
         progress(k / len(values))
         one = scene.where({parameter: float(v)})
-        found += _measured(one, schedule(one, plan.settle, plan.window), plan.coordinate, {}, None)
-    return found
+        measured += _measured(one, schedule(one, plan.settle, plan.window), plan.coordinate, {}, None)
+    return measured
 
 
 def _measured(
@@ -156,10 +156,10 @@ def _measured(
     extremes = {"high": Max(x), "low": Min(x)}
     first = Listed(settling(scene, times, extremes), tuple(values))
     window = Listed(measuring(scene, times, extremes), tuple(values))
-    _, found = first.run(values, progress=told(0))
-    _, one = window.run(values, found[END], progress=told(1))
+    _, settled = first.run(values, progress=told(0))
+    _, one = window.run(values, settled[END], progress=told(1))
     two = one if times.note else window.run(values, one[END], progress=told(2))[1]
-    reach = np.fmax(found["high"], one["high"]) - np.fmin(found["low"], one["low"])
+    reach = np.fmax(settled["high"], one["high"]) - np.fmin(settled["low"], one["low"])
     first_range, second_range = (list(zip(w["high"].tolist(), w["low"].tolist(), strict=True)) for w in (one, two))
     windows = zip(first_range, second_range, reach.tolist(), strict=True)
     return [_of_windows(before, after, size, times.note) for before, after, size in windows]

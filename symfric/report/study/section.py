@@ -164,14 +164,14 @@ class StudyResult:
 
     def skipped(self) -> dict[str, str]:
         """Return the parts without a result, with reasons."""
-        found: dict[str, str] = {}
+        reasons: dict[str, str] = {}
         for section in self.asked:
             own = self[section]
             if own.value is not None:
-                found |= section.missing(self, own.value)
+                reasons |= section.missing(self, own.value)
             elif section.topic:
-                found[section.topic] = own.note
-        return found
+                reasons[section.topic] = own.note
+        return reasons
 
     def tables(self) -> dict[str, str]:
         """Return the tables beside the page as CSV, by their file names."""

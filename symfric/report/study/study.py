@@ -45,13 +45,13 @@ def study(
         A part without a value holds the reason; no exception is raised.
     """
     started, tell = time.monotonic(), progress or (lambda _stage, _fraction: None)
-    found = StudyResult(file, tuple(sections), {}, versions())
-    for section in found.asked:
+    result = StudyResult(file, tuple(sections), {}, versions())
+    for section in result.asked:
         # where the motion itself took too long, what takes longer still is not given more time
-        longer = section.longer and not found[MOTION].out_of_time
+        longer = section.longer and not result[MOTION].out_of_time
         with time_limit(LONGER * limit if longer else limit):
-            found.answers[section.name] = answer(section.compute, found, tell)
-    return replace(found, seconds=time.monotonic() - started)
+            result.answers[section.name] = answer(section.compute, result, tell)
+    return replace(result, seconds=time.monotonic() - started)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

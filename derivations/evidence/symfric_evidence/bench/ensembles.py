@@ -59,11 +59,11 @@ def case_costs(progress: Callable[[str], None] | None = None, sizes: tuple[int, 
     for name in ("heyoka", "heyoka batch"):
         if not peers()[name].missing:
             ways[name] = (partial(_of_peer, name, problem), False)
-    found = []
+    costs = []
     for name, (make, elapsed) in ways.items():
         tell(f"cases together: {name}")
-        found.append(CaseCost(name, sizes, tuple(_seconds(make(n), n, elapsed) for n in sizes)))
-    return tuple(found)
+        costs.append(CaseCost(name, sizes, tuple(_seconds(make(n), n, elapsed) for n in sizes)))
+    return tuple(costs)
 
 
 def _some(problem: Problem, number: int) -> Problem:

@@ -105,8 +105,8 @@ class _Equations:
         def read(e: sp.Expr) -> sp.Expr:  # numbers become arguments, converted once
             e = kinks.pieces(sp.sympify(e).xreplace(along))
             powers = {p.exp for p in e.atoms(sp.Pow)}
-            found = [a for a in e.atoms(sp.Number) - powers if not a.is_Integer]
-            put = {a: sp.Symbol(f"number_{a}", real=True) for a in found}
+            decimals = [a for a in e.atoms(sp.Number) - powers if not a.is_Integer]
+            put = {a: sp.Symbol(f"number_{a}", real=True) for a in decimals}
             known.update({s: _number(a) if a.is_Float else mp.mpf(a.p) / a.q for a, s in put.items()})
             return e.xreplace(put)
 
@@ -279,11 +279,11 @@ class _Run:
         for slips in sorted(itertools.product(*ways), key=lambda m: sum(map(abs, m))):
             mode = _Mode(slips, before.sides)
             try:
-                found = equations(t, y, mode)
+                forces = equations(t, y, mode)
             except ZeroDivisionError:
                 continue
             if all(
-                found.room[i] >= -self.little if slips[i] == 0 else slips[i] * found.gain[i] > 0 or known.get(i)
+                forces.room[i] >= -self.little if slips[i] == 0 else slips[i] * forces.gain[i] > 0 or known.get(i)
                 for i in range(equations.n_c)
                 if len(ways[i]) > 1 or slips[i] == 0
             ):
@@ -332,8 +332,8 @@ class _Run:
         final, before = _midpoint(rate, t, y, h)
         scale = [max(abs(a), abs(b), mp.mpf(1) / 10) for a, b in zip(final, y, strict=True)]
         error = max(abs(a - b) / s for a, b, s in zip(final, before, scale, strict=True))
-        found = [seen[0], *seen[-2 * _COLUMNS : -1], self.equations(t + h, final, mode)]
-        return final, error, [forces.guards(mode) for forces in found]
+        nodes = [seen[0], *seen[-2 * _COLUMNS : -1], self.equations(t + h, final, mode)]
+        return final, error, [forces.guards(mode) for forces in nodes]
 
     def _guards(self, t: mp.mpf, y: Numbers, mode: _Mode, h: mp.mpf) -> tuple[Numbers, Numbers]:
         """Return guards and state after a step of length h."""
@@ -355,8 +355,8 @@ class _Run:
         k = next(k for k in range(1, nodes + 1) if guards[k][which] < -self.noise)
 
         def value(length: mp.mpf) -> tuple[mp.mpf, Numbers]:
-            found, state = self._guards(t, y, mode, length)
-            return found[which], state
+            guards, state = self._guards(t, y, mode, length)
+            return guards[which], state
 
         part = h / nodes
         k_low, high = k - 1, k * part

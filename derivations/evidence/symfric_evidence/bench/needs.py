@@ -62,7 +62,7 @@ def needs() -> tuple[Need, ...]:
     """Measure one motion, P2, with the final state only, then with more and more outputs, in interleaved rounds."""
     scene = scenes.mass_on_belt(v_b=0.2)
     spent = {"power": Integral(0.1 * _U**2)}
-    wanted: list[tuple[str, dict[str, Output], tuple[str, ...]]] = [
+    asked: list[tuple[str, dict[str, Output], tuple[str, ...]]] = [
         ("end state", {"end": End()}, ()),
         ("+ half range", {"end": End(), "half": HalfRange(_X)}, ()),
         ("+ energy spent in the damper", {"end": End(), "half": HalfRange(_X), **spent}, ()),
@@ -71,7 +71,7 @@ def needs() -> tuple[Need, ...]:
         ("end state and its derivative to one value", {"end": End()}, ("v_b",)),
         ("end state and its derivatives to three", {"end": End()}, ("v_b", "beta", "gamma2")),
     ]
-    programs = [prepare(scene.wanting(w), _TOLERANCE, None, directions) for _, w, directions in wanted]
+    programs = [prepare(scene.wanting(w), _TOLERANCE, None, directions) for _, w, directions in asked]
     samples: list[list[float]] = [[] for _ in programs]
     for program in programs:
         program.run().checked()
@@ -83,8 +83,7 @@ def needs() -> tuple[Need, ...]:
             taken.append((time.process_time() - start) / _REPEATS)
     kept = [_kept(program.run) for program in programs]
     return tuple(
-        Need(name, statistics.median(taken), size)
-        for (name, *_), taken, size in zip(wanted, samples, kept, strict=True)
+        Need(name, statistics.median(taken), size) for (name, *_), taken, size in zip(asked, samples, kept, strict=True)
     )
 
 
@@ -109,8 +108,8 @@ def starts() -> tuple[Need, ...]:
                 [sys.executable, "-c", f"{code}\n{_PEAK}"], capture_output=True, text=True, check=True
             )
             measured[name].append((time.perf_counter() - start, float(done.stdout)))
-    found = []
+    rows = []
     for name, pairs in measured.items():
         seconds, kilobytes = zip(*pairs[1:], strict=True)  # the first fills the caches
-        found.append(Need(name, statistics.median(seconds), statistics.median(kilobytes)))
-    return tuple(found)
+        rows.append(Need(name, statistics.median(seconds), statistics.median(kilobytes)))
+    return tuple(rows)

@@ -100,12 +100,12 @@ def table(benchmark: "Benchmark") -> "Table":
 
 def _row(curve: "ErrorCurve") -> tuple[str, ...]:
     best = min(p.error for p in curve.points)
-    found = "-"
+    events = "-"
     if curve.events is not None:
         wrong = sum(p.events != curve.events for p in curve.points)
-        found = f"{curve.events}" if not wrong else f"{curve.events}, wrong in {wrong} of {len(curve.points)}"
+        events = f"{curve.events}" if not wrong else f"{curve.events}, wrong in {wrong} of {len(curve.points)}"
     times = (_milliseconds(curve.time_to(error), curve.stopped) for error in (1e-6, 1e-10))
-    return (curve.solver, *times, f"{best:.1e}", found, f"{curve.prepared:.3f}")
+    return (curve.solver, *times, f"{best:.1e}", events, f"{curve.prepared:.3f}")
 
 
 def _milliseconds(seconds: float, stopped: bool) -> str:

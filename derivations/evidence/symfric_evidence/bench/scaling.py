@@ -59,18 +59,18 @@ def growth(progress: Callable[[str], None] | None = None) -> tuple[CostGrowth, .
     both compiled routes; in closed form all modes of the chain are coupled, in a series only neighbours.
     """
     tell = progress or (lambda _: None)
-    found = []
+    growths = []
     for route in ("exact", "taylor"):
         tell(f"masses and contacts, route {route}")
-        found.append(_over(f"masses, one contact, {route}", "step", (2, 4, 8, 16), partial(_masses, route)))
-        found.append(_over(f"contacts on 16 masses, {route}", "step", (1, 4, 16), partial(_contacts, route)))
+        growths.append(_over(f"masses, one contact, {route}", "step", (2, 4, 8, 16), partial(_masses, route)))
+        growths.append(_over(f"contacts on 16 masses, {route}", "step", (1, 4, 16), partial(_contacts, route)))
     tell("events")
-    found.append(_over("events", "run", (300, 3_000, 30_000, 300_000), _to_events))
+    growths.append(_over("events", "run", (300, 3_000, 30_000, 300_000), _to_events))
     tell("cases")
-    found.append(_over("cases of a sweep", "sweep", (1_000, 4_000, 16_000), _cases))
+    growths.append(_over("cases of a sweep", "sweep", (1_000, 4_000, 16_000), _cases))
     tell("threads")
-    found.append(_over("threads", "sweep of 16 000 cases, elapsed", (1, 2), lambda n: _cases(16_000, n)))
-    return tuple(found)
+    growths.append(_over("threads", "sweep of 16 000 cases, elapsed", (1, 2), lambda n: _cases(16_000, n)))
+    return tuple(growths)
 
 
 def _over(name: str, unit: str, sizes: Sequence[int], timed: Callable[[int], float]) -> CostGrowth:

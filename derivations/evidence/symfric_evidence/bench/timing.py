@@ -156,13 +156,13 @@ def measure(
 
 def machine() -> dict[str, str]:
     """Return a description of the machine: processor, Python, versions."""
-    found = {"processor": _processor(), "python": platform.python_version()}
+    description = {"processor": _processor(), "python": platform.python_version()}
     for package in ("symfric", "casadi", "numpy", "scipy", "numba", "heyoka", "scikit-sundae", "diffrax", "pyHarm-os"):
         try:
-            found[package] = metadata.version(package)
+            description[package] = metadata.version(package)
         except metadata.PackageNotFoundError:
             continue
-    return found
+    return description
 
 
 def _processor() -> str:
@@ -176,17 +176,17 @@ def _processor() -> str:
 def _measure_problem(
     problem: Problem, chosen: list[Peer], rounds: int, quick: bool, tell: Callable[[str], None]
 ) -> list[ErrorCurve]:
-    found = [_Measured(peer, problem) for peer in chosen if problem.name in peer.problems]
-    for each in found:
+    measured = [_Measured(peer, problem) for peer in chosen if problem.name in peer.problems]
+    for each in measured:
         tell(f"{problem.name}: preparing {each.peer.name}")
         each.prepare(rounds, quick)
     tell(f"{problem.name}: measuring")
-    entries = [entry for each in found for entry in each.entries]
+    entries = [entry for each in measured for entry in each.entries]
     for k in range(max((entry.rounds for entry in entries), default=0)):
         for entry in entries:
             if k < entry.rounds:
                 entry.sample()
-    return [each.curve() for each in found]
+    return [each.curve() for each in measured]
 
 
 def _message(error: Exception) -> str:

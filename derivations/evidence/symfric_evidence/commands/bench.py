@@ -83,7 +83,7 @@ def _growth(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> 
     from symfric_evidence.bench.picture import cases_table, growth_table, needs_table
 
     tell("what is wanted")
-    wanted = needs.needs()
+    measured = needs.needs()
     tell("new processes")
     processes = needs.starts()
     grown = scaling.growth(tell)
@@ -91,7 +91,7 @@ def _growth(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> 
     plain = {
         "growth": [g.to_dict() for g in grown],
         "cases": [c.to_dict() for c in cases],
-        "wanted": [asdict(n) for n in wanted],
+        "wanted": [asdict(n) for n in measured],
         "processes": [asdict(n) for n in processes],
     }
     if folder is not None:
@@ -99,7 +99,7 @@ def _growth(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> 
     if as_json:
         print_json(plain)
         return
-    Console().print(needs_table("One motion, P2, with more and more wanted", wanted, "ms", 1e3))
+    Console().print(needs_table("One motion, P2, with more and more wanted", measured, "ms", 1e3))
     Console().print(needs_table("A new process", processes, "s", 1.0))
     Console().print(cases_table(cases))
     Console().print(growth_table(grown))

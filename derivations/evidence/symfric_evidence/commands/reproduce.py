@@ -37,9 +37,9 @@ def reproduce(
     """
     from symfric_evidence.sources.reproduction import chosen
 
-    wanted = chosen(names)
+    entries = chosen(names)
     if listing:
-        _list(wanted, as_json)
+        _list(entries, as_json)
         return
     from symfric.report.study.data import plain
     from symfric_evidence.sources.registry import Inputs
@@ -49,8 +49,8 @@ def reproduce(
     results, pages = {}, {}
     try:
         with progress_on_stderr(quiet) as progress:
-            for k, (name, entry) in enumerate(wanted.items()):
-                begin, share = time.monotonic(), 1 / len(wanted)
+            for k, (name, entry) in enumerate(entries.items()):
+                begin, share = time.monotonic(), 1 / len(entries)
                 progress(name, k * share)
                 report = lambda part, name=name, k=k, share=share: progress(name, (k + part) * share)  # noqa: E731
                 made = entry.make(Inputs(motions, report))
@@ -63,7 +63,7 @@ def reproduce(
                     say(made.text, nl=False)
     except KeyboardInterrupt:
         index = _save_index(folder, pages)
-        say(f"interrupted; {len(pages)} of {len(wanted)} are finished, see {index}", err=True)
+        say(f"interrupted; {len(pages)} of {len(entries)} are finished, see {index}", err=True)
         raise click.exceptions.Exit(STATUS) from None
     index = _save_index(folder, pages)
     if as_json:
@@ -83,11 +83,11 @@ def _save_index(folder: Path, pages: dict[str, tuple["Entry[Any]", "Made", float
     return str(index)
 
 
-def _list(wanted: dict[str, "Entry[Any]"], as_json: bool) -> None:
+def _list(entries: dict[str, "Entry[Any]"], as_json: bool) -> None:
     if as_json:
-        print_json({name: entry.caption for name, entry in wanted.items()})
+        print_json({name: entry.caption for name, entry in entries.items()})
         return
-    for name, entry in wanted.items():
+    for name, entry in entries.items():
         say(f"{name}: {entry.caption}")
 
 

@@ -58,11 +58,11 @@ def stress(
         print_json(result.to_dict())
     elif not quiet:
         _print_table(result)
-    for found in result.unexplained:
+    for case in result.unexplained:
         say(
-            f"{found.verdict}: {found.name} ({found.route}): {found.second:.1e} from the reference, "
-            f"{found.finer:.1e} from a finer tolerance, energy {found.energy:.1e}{found.note and '; ' + found.note}; "
-            f"again with --scene {found.name}",
+            f"{case.verdict}: {case.name} ({case.route}): {case.second:.1e} from the reference, "
+            f"{case.finer:.1e} from a finer tolerance, energy {case.energy:.1e}{case.note and '; ' + case.note}; "
+            f"again with --scene {case.name}",
             err=True,
         )
     if result.unexplained:

@@ -275,16 +275,16 @@ def features(expressions: list[sp.Expr]) -> list[sp.Expr]:
     The function of an argument does nothing sudden while the argument changes by less than one, or by less than half of
     itself; where a power of a term is the argument, that term counts. A reciprocal counts by its logarithm.
     """
-    found: dict[sp.Expr, None] = {}
+    arguments: dict[sp.Expr, None] = {}
     for expr in expressions:
         for e in sp.preorder_traversal(expr):
             if isinstance(e, sp.Function) and not isinstance(e, select):
-                found[_unpowered(e.args[0])] = None
+                arguments[_unpowered(e.args[0])] = None
             elif isinstance(e, sp.Pow) and not e.exp.is_number:
-                found[_unpowered(e.exp)] = None
+                arguments[_unpowered(e.exp)] = None
             elif isinstance(e, sp.Pow) and e.exp.is_negative and isinstance(e.base, sp.Add) and e.base.is_positive:
-                found[sp.log(e.base)] = None
-    return [e for e in found if e.free_symbols]
+                arguments[sp.log(e.base)] = None
+    return [e for e in arguments if e.free_symbols]
 
 
 def _unpowered(argument: sp.Expr) -> sp.Expr:

@@ -69,10 +69,10 @@ class Mechanics:
         watched = np.zeros(e.n_c + e.n_k)
         for _ in range(e.n_k + 1):
             watched = np.array(e.watched(*self.arguments(t, y, SmoothMode(modes, signs))), dtype=float)
-            found = tuple(1 if g > 0 else -1 for g in watched[e.n_c :])
-            if found == signs:
+            seen = tuple(1 if g > 0 else -1 for g in watched[e.n_c :])
+            if seen == signs:
                 break
-            signs = found
+            signs = seen
         return watched, signs
 
     def rate(self, t: float, y: np.ndarray, mode: SmoothMode) -> np.ndarray:
@@ -103,9 +103,9 @@ class Mechanics:
         n, k = len(force), len(held)
         system = np.zeros((n + k, n + k))
         system[:n, :n], system[:n, n:], system[n:, :n] = mass, -held.T, held
-        found = np.linalg.solve(system, np.concatenate([loaded, -drifts]))
-        push[stuck] = np.linalg.lstsq(rows[stuck].T, held.T @ found[n:], rcond=_RANK)[0]
-        return found[:n], push, parts
+        solution = np.linalg.solve(system, np.concatenate([loaded, -drifts]))
+        push[stuck] = np.linalg.lstsq(rows[stuck].T, held.T @ solution[n:], rcond=_RANK)[0]
+        return solution[:n], push, parts
 
     def excess(self, t: float, y: np.ndarray, mode: SmoothMode, motion: Motion | None = None) -> np.ndarray:
         """Return the relative excess of every sticking contact over its bound, <= 0 where it holds.
@@ -138,15 +138,15 @@ def reduced(rows: np.ndarray, drifts: np.ndarray) -> tuple[np.ndarray, np.ndarra
     size = np.max(np.abs(rows), axis=1)
     size[size == 0] = 1.0
     left, rest = rows / size[:, None], drifts / size
-    found, values = [], []
+    independent, values = [], []
     while left.size and np.max(np.abs(left)) > _RANK:
         i, j = np.unravel_index(np.argmax(np.abs(left)), left.shape)
         row, value = left[i] / left[i, j], rest[i] / left[i, j]
-        found.append(row)
+        independent.append(row)
         values.append(value)
         left, rest = left - np.outer(left[:, j], row), rest - left[:, j] * value
         left[:, j] = 0.0
-    return np.array(found).reshape(-1, rows.shape[1]), np.array(values)
+    return np.array(independent).reshape(-1, rows.shape[1]), np.array(values)
 
 
 def shared_excess(rows: np.ndarray, total: np.ndarray, bounds: np.ndarray) -> np.ndarray:
@@ -180,10 +180,10 @@ def least_excess(rows: np.ndarray, total: np.ndarray, bounds: np.ndarray) -> flo
     corners = np.array(list(itertools.combinations(range(len(levels)), free.shape[1] + 1)))
     parts = planes[corners]
     regular = np.abs(np.linalg.det(parts)) > 1e-12
-    found = np.linalg.solve(parts[regular], levels[corners[regular]][..., None])[..., 0]
-    size = np.max(np.abs(levels)) + np.abs(found[:, -1:])
-    inside = np.all(found @ planes.T <= levels + 1e-13 * size, axis=1)
-    return float(np.min(found[inside, -1], initial=np.inf))
+    vertices = np.linalg.solve(parts[regular], levels[corners[regular]][..., None])[..., 0]
+    size = np.max(np.abs(levels)) + np.abs(vertices[:, -1:])
+    inside = np.all(vertices @ planes.T <= levels + 1e-13 * size, axis=1)
+    return float(np.min(vertices[inside, -1], initial=np.inf))
 
 
 class Choice:
@@ -224,9 +224,9 @@ class Choice:
         for modes, signs, edge in candidates:
             if accepted and modes.count(0) < accepted[0][0].modes.count(0):
                 break
-            found = self._admissible(t, y, SmoothMode(modes, signs), rest, edge, scales)
-            if found is not None:
-                accepted.append((found, self.m.rate(t, y, found)))
+            mode = self._admissible(t, y, SmoothMode(modes, signs), rest, edge, scales)
+            if mode is not None:
+                accepted.append((mode, self.m.rate(t, y, mode)))
         if not accepted:
             return None
         first = accepted[0][1]
@@ -236,8 +236,8 @@ class Choice:
 
     def see(self, t: float, y: np.ndarray, mode: SmoothMode) -> None:
         """Update the largest sizes of forces, slips and guards, the scales of their zeros."""
-        found = np.array(self.m.e.scales(*self.m.arguments(t, y, mode)), dtype=float)
-        self._scales = np.maximum(self._scales, found)
+        sizes = np.array(self.m.e.scales(*self.m.arguments(t, y, mode)), dtype=float)
+        self._scales = np.maximum(self._scales, sizes)
 
     def _sides(
         self, t: float, y: np.ndarray, modes: tuple[int, ...], at_zero: Sequence[bool], small: np.ndarray
@@ -322,15 +322,15 @@ class Choice:
 
     def _pushes(self, t: float, y: np.ndarray, mode: SmoothMode, forces: float) -> list[float]:
         """Return the signs of the friction of sticking contacts, a moment later where it is zero."""
-        found = [0.0] * self.m.e.n_c
+        pushes = [0.0] * self.m.e.n_c
         for lead in (0.0, *LEADS):
             if lead:
                 t, y = self._later(t, y, mode, lead)
             push = self.m.motion(t, y, mode)[1]
             for i, m in enumerate(mode.modes):
-                if m == 0 and not found[i] and abs(push[i]) > ROUNDING * forces:
-                    found[i] = float(np.sign(push[i]))
-        return found
+                if m == 0 and not pushes[i] and abs(push[i]) > ROUNDING * forces:
+                    pushes[i] = float(np.sign(push[i]))
+        return pushes
 
     def _later(self, t: float, y: np.ndarray, mode: SmoothMode, lead: float) -> tuple[float, np.ndarray]:
         """Return time and state after a fraction of the time scale, by four fourth-order steps."""

@@ -282,8 +282,8 @@ class _Motion:
         def value(row: int, t: float) -> float:
             y = dense(t)
             if row < n_c + n_k:
-                found = self.e.watched(*self.m.arguments(t, y, mode))[row]
-                return float((mode.modes[row] if row < n_c else mode.signs[row - n_c]) * found)
+                guard = self.e.watched(*self.m.arguments(t, y, mode))[row]
+                return float((mode.modes[row] if row < n_c else mode.signs[row - n_c]) * guard)
             i = row - n_c - n_k
             motion = self.m.motion(t, y, mode)
             left = -float(self.m.excess(t, y, mode, motion)[i])
@@ -298,8 +298,8 @@ def _change(arguments: np.ndarray) -> float:
         return 0.0
     low, high = np.min(arguments, axis=1), np.max(arguments, axis=1)
     nearest = np.where(low * high > 0, np.minimum(np.abs(low), np.abs(high)), 0.0)
-    found = (high - low) / np.maximum(_CHANGE, _PART * nearest)
-    return float(np.max(np.where(np.isfinite(found), found, 0.0)))
+    change = (high - low) / np.maximum(_CHANGE, _PART * nearest)
+    return float(np.max(np.where(np.isfinite(change), change, 0.0)))
 
 
 def _first_event(
@@ -314,9 +314,9 @@ def _first_event(
         if not np.isfinite(g[0]):
             continue
         end = grid.size if best is None else int(np.searchsorted(grid, best[0], side="right")) + 1
-        found = _first_zero(grid[:end], g[:end], partial(function, row), noise[row] if noise is not None else None)
-        if found is not None and (best is None or found < best[0]):
-            best = (found, row)
+        zero = _first_zero(grid[:end], g[:end], partial(function, row), noise[row] if noise is not None else None)
+        if zero is not None and (best is None or zero < best[0]):
+            best = (zero, row)
     return best
 
 

@@ -47,7 +47,7 @@ def _source(source: str, made: Mapping[str, tuple[Entry[Any], Made, float]]) -> 
     return {
         "name": source,
         "title": SOURCES[source],
-        "entries": [_entry(n, *found) for n, found in made.items() if n.startswith(f"{source}-")],
+        "entries": [_entry(n, *reproduced) for n, reproduced in made.items() if n.startswith(f"{source}-")],
         "left_out": [(n, why) for n, why in NOT_MADE.items() if n.startswith(source)],
     }
 

@@ -72,12 +72,12 @@ def _slides_steadily(law: laws.Law, speed: float) -> bool:
 
 def models() -> FigureData:
     """The three models of the Stribeck effect, (19.106) to (19.108), with viscous friction."""
-    found = {
+    models_by_name = {
         "(19.106)": laws.lorentz(0.8, 0.3, mu_s=1.0, b=0.35),
         "(19.107)": laws.gauss(0.8, 0.3, mu_s=1.0, b=0.35),
         "(19.108)": laws.square_root(0.8, -0.9, mu_s=1.0, b=0.9),
     }
-    curves = tuple(PanelCurve(name, *_combined(law, 1.5), k) for k, (name, law) in enumerate(found.items()))
+    curves = tuple(PanelCurve(name, *_combined(law, 1.5), k) for k, (name, law) in enumerate(models_by_name.items()))
     panel = Panel("", VELOCITY, FORCE, curves, y_range=(0, 1.15), levels=(("$f_s$", 1.0), ("$f_d$", 0.8)))
     dry = {"(19.106)": laws.lorentz(0.8, 0.3), "(19.107)": laws.gauss(0.8, 0.3)}
     ends = {name: (float(law.at_rest), float(law(1e3))) for name, law in dry.items()}
@@ -154,10 +154,10 @@ def figure_19() -> FigureData:
 
 def chatter() -> FigureData:
     """Instability by the falling section, 19.5.2: growth from steady sliding to a cycle."""
-    panels, found = [], {}
+    panels, growth = [], {}
     for title, speed, start in (("falling section, $v_b$ = 1", 1.0, 0.02), ("rising section, $v_b$ = 3", 3.0, 0.5)):
         t, x, u, rest = _interface(speed, start)
-        found[speed] = np.ptp(x[t > 0.9 * t[-1]]) / np.ptp(x[t < 0.1 * t[-1]])
+        growth[speed] = np.ptp(x[t > 0.9 * t[-1]]) / np.ptp(x[t < 0.1 * t[-1]])
         panels.append(Panel(title, "$t$ [s]", "$x$ [m]", (PanelCurve("", t, x),), levels=(("", rest),)))
     t, x, u, _ = _interface(1.0, 0.02)
     cycle = _frequency(t, x)
@@ -169,10 +169,10 @@ def chatter() -> FigureData:
     findings = (
         Finding(
             "a slight disturbance grows where the slope is negative",
-            f"{found[1.0]:.1f} times, up to a cycle",
-            found[1.0] > 1,
+            f"{growth[1.0]:.1f} times, up to a cycle",
+            growth[1.0] > 1,
         ),
-        Finding("it decays where the slope is positive", f"to {found[3.0]:.2f} of its range", found[3.0] < 1),
+        Finding("it decays where the slope is positive", f"to {growth[3.0]:.2f} of its range", growth[3.0] < 1),
         Finding(
             "initially the velocity is x' = 0, there b is negative and (19.109) unstable",
             f"on a belt at rest the range falls to {still:.2f} of the start: friction only takes energy there",

@@ -19,13 +19,13 @@ NOT_MADE = {
 def reproductions() -> dict[str, Entry[Any]]:
     """Return all registry entries by name, ordered by source and number."""
     from symfric_evidence.sources import handbook, sketches, thomsen, younes_ashour
-    from symfric_evidence.sources.guida import figures as guida
     from symfric_evidence.sources.guida import phase_planes
-    from symfric_evidence.sources.rolling import figures as rolling
+    from symfric_evidence.sources.guida import slide_figures as guida
+    from symfric_evidence.sources.rolling import scaling_figures as rolling
 
     modules = (sketches, thomsen, handbook, phase_planes, guida, younes_ashour, rolling)
-    found = {name: entry for module in modules for name, entry in module.FIGURES.items()}
-    return dict(sorted(found.items(), key=lambda item: _order(item[0])))
+    entries = {name: entry for module in modules for name, entry in module.FIGURES.items()}
+    return dict(sorted(entries.items(), key=lambda item: _order(item[0])))
 
 
 def _order(name: str) -> tuple[int, int, list[int], str]:

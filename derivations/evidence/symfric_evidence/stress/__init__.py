@@ -68,12 +68,12 @@ def stress(
     if scenes < 1 or seed < 0 or jobs == 0:
         raise SceneError("scenes must be positive, seed not negative, and jobs not zero")
     names = [family(name).name for name in families] or list(FAMILIES)
-    found: list[Verdict] = []
+    judged: list[Verdict] = []
     for verdicts in _examined(_parts(names, scenes, seed), jobs if jobs > 0 else processors() + 1 + jobs):
-        found += verdicts
+        judged += verdicts
         if progress is not None:
-            progress(len(found))
-    return StressResult(tuple(found))
+            progress(len(judged))
+    return StressResult(tuple(judged))
 
 
 def _examined(parts: list[tuple[str, int, range]], jobs: int) -> Iterator[list[Verdict]]:
@@ -92,9 +92,9 @@ def _parts(names: list[str], scenes: int, seed: int) -> list[tuple[str, int, ran
     weights = [FAMILIES[name].weight for name in names]
     ends = [round(scenes * w / sum(weights)) for w in itertools.accumulate(weights)]
     parts = []
-    for name, wanted in zip(names, np.diff([0, *ends]).tolist(), strict=True):
+    for name, count in zip(names, np.diff([0, *ends]).tolist(), strict=True):
         runs = FAMILIES[name].runs
-        parts += [(name, seed + k, range(min(runs, wanted - k * runs))) for k in range(-(-wanted // runs))]
+        parts += [(name, seed + k, range(min(runs, count - k * runs))) for k in range(-(-count // runs))]
     return parts
 
 

@@ -40,8 +40,8 @@ class DerivativeComparison(Comparison):
         run = self.program.run(draw.values, draw.initial)
         if run.status != Status.OK:
             return self.said(number, draw, "status", self.route, run.status.name)
-        found, note, off, change = self.judged(run.sensitivities[direction], run.final, draw, direction)
-        return self.said(number, draw, found, self.route, "OK", second=off, change=change, note=note)
+        verdict, note, off, change = self.judged(run.sensitivities[direction], run.final, draw, direction)
+        return self.said(number, draw, verdict, self.route, "OK", second=off, change=change, note=note)
 
     def judged(
         self, derivative: np.ndarray, final: np.ndarray, draw: Draw, direction: str
@@ -49,11 +49,11 @@ class DerivativeComparison(Comparison):
         """Return the verdict, a note, the difference and the scatter of the differences over their steps."""
         size = max(float(np.max(np.abs(derivative))), float(np.max(np.abs(final))))
         slopes = [self._slope(draw, direction, step) for step in _STEPS]
-        found = [s for s in slopes if s is not None]
-        if not found:
+        known = [s for s in slopes if s is not None]
+        if not known:
             return "unconfirmed", f"by {direction}: the reference has no answer", math.nan, math.nan
-        off = min(float(np.max(np.abs(s - derivative))) for s in found) / size
-        scatter = max((float(np.max(np.abs(a - b))) / size for a in found for b in found), default=0.0)
+        off = min(float(np.max(np.abs(s - derivative))) for s in known) / size
+        scatter = max((float(np.max(np.abs(a - b))) / size for a in known for b in known), default=0.0)
         if off <= ALLOWED:
             return "agrees", "", off, scatter
         # an event that the smallest steps add or remove: the differences have no limit at these steps
@@ -70,8 +70,8 @@ class DerivativeComparison(Comparison):
             values, initial = dict(draw.values), dict(draw.initial)
             numbers = initial if direction in initial else values
             numbers[direction] += way * step
-            found = self.reference.run(values, initial)
-            if found.reason:
+            reference = self.reference.run(values, initial)
+            if reference.reason:
                 return None
-            ends.append(found.x[:, -1])
+            ends.append(reference.x[:, -1])
         return np.asarray((ends[0] - ends[1]) / (2 * step))

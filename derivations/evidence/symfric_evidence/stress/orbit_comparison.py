@@ -56,13 +56,13 @@ class OrbitComparison(Comparison):
         names = [s.name for s in self.structure.scene.system.states]
         start = orbit.start / state_units
         initial = dict(zip(names, start.tolist(), strict=True))
-        found = self.reference.run(values, initial, horizon=period)
-        if found.reason:
+        judge = self.reference.run(values, initial, horizon=period)
+        if judge.reason:
             return math.nan, ""
         size = np.max(orbit.half_range / state_units)
-        off = float(np.max(np.abs(found.x[:, -1] - start))) / size / max(1.0, float(np.max(np.abs(orbit.multipliers))))
-        times = np.array([*(t for t, _ in found.events), period])
-        sticks = np.array([0 in modes for _, modes in found.events])
+        off = float(np.max(np.abs(judge.x[:, -1] - start))) / size / max(1.0, float(np.max(np.abs(orbit.multipliers))))
+        times = np.array([*(t for t, _ in judge.events), period])
+        sticks = np.array([0 in modes for _, modes in judge.events])
         apart = abs(float(np.sum(np.diff(times)[sticks])) - orbit.stick_time / units[2]) / period
         return max(off, 1e-3 * apart), ""  # a time of sticking may begin and end with little speed
 

@@ -72,8 +72,8 @@ class SceneComparison(Comparison):
         if differ > allowed:
             change = self.change(number, draw, run, sizes)
         verdict = judged((finer, second, energy, change), allowed, unique)
-        found = {"finer": finer, "second": second, "energy": energy, "change": change}
-        return self.said(number, draw, verdict, run.route, run.status.name, **found, note=note)
+        differences = {"finer": finer, "second": second, "energy": energy, "change": change}
+        return self.said(number, draw, verdict, run.route, run.status.name, **differences, note=note)
 
     def states(self, run: Run, units: Units) -> np.ndarray | None:
         """Return the states at the times of comparison in the units of the structure; None if the run failed."""
@@ -102,20 +102,20 @@ class SceneComparison(Comparison):
         The difference is NaN if the reference has no answer. Where it is too large the reference runs again at a finer
         tolerance; and where several modes were admissible, with another choice among them.
         """
-        note, found = "", math.nan
+        note, least = "", math.nan
         for tolerance, preference in ((None, 0), (_REFEREE, 0), (_REFEREE, 1)):
             reference = self.reference.run(
                 draw.values, draw.initial, times=self.times, sizes=sizes, tolerance=tolerance, preference=preference
             )
             if reference.reason:
                 note = reference.reason
-                if "too many" in note and math.isnan(found):
+                if "too many" in note and math.isnan(least):
                     break
                 continue
-            note, found = "", np.fmin(found, difference(states, reference.x, sizes))
-            if found <= allowed or (tolerance is not None and not reference.alternatives):
-                return float(found), preference == 0, ""
-        return float(found), True, note
+            note, least = "", np.fmin(least, difference(states, reference.x, sizes))
+            if least <= allowed or (tolerance is not None and not reference.alternatives):
+                return float(least), preference == 0, ""
+        return float(least), True, note
 
     @cached_property
     def _integrators(self) -> Program | None:
@@ -153,12 +153,12 @@ class SceneComparison(Comparison):
         return float(min(np.fmax.reduce(ours), np.fmax.reduce(theirs)))
 
 
-def judged(found: tuple[float, float, float, float], allowed: float, unique: bool) -> str:
+def judged(differences: tuple[float, float, float, float], allowed: float, unique: bool) -> str:
     """Return the verdict on a run that ended well.
 
     Parameters
     ----------
-    found : tuple of float
+    differences : tuple of float
         Differences from a finer tolerance and from what is independent, residual of the energies, change by
         perturbations; NaN where there is none.
     allowed : float
@@ -166,7 +166,7 @@ def judged(found: tuple[float, float, float, float], allowed: float, unique: boo
     unique : bool
         Whether the reference agrees with its first choice of modes.
     """
-    finer, second, energy, change = found
+    finer, second, energy, change = differences
     if not energy <= allowed:
         return "silent failure"
     differ = np.fmax(finer, second)

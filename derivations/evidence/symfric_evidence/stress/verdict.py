@@ -103,5 +103,5 @@ class StressResult:
 
 
 def _counted(verdicts: Iterable[Verdict]) -> dict[str, int]:
-    found = Counter(v.verdict for v in verdicts)
-    return {name: found[name] for name in VERDICTS}
+    counts = Counter(v.verdict for v in verdicts)
+    return {name: counts[name] for name in VERDICTS}

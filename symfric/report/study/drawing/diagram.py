@@ -142,11 +142,11 @@ def diagram_of(scene: Scene) -> Diagram | None:
     links = [*_links("stiffness", springs, absent), *_links("damping", dampers, absent), *_inertia(system)]
     surfaces = []
     for contact in scene.contacts:
-        found = _surface(contact, system)
-        if found is None:
+        surface = _surface(contact, system)
+        if surface is None:
             links.extend(_between(contact, system))
         else:
-            surfaces.append(found)
+            surfaces.append(surface)
     made = {s for c in scene.contacts for s in c.states}
     return Diagram(
         tuple(Body(q, system.mass[i, i]) for i, q in enumerate(system.q)),
@@ -168,8 +168,8 @@ def _taken_apart(system: System, driven: set[sp.Symbol]) -> tuple[sp.Matrix, sp.
     for force in system.force:
         terms: list[list[sp.Expr]] = [[], [], []]
         for term in sp.Add.make_args(sp.expand(force)):
-            found = term.free_symbols
-            kind = 2 if found & driven or not found & (moving | placed) else int(bool(found & moving))
+            symbols = term.free_symbols
+            kind = 2 if symbols & driven or not symbols & (moving | placed) else int(bool(symbols & moving))
             terms[kind].append(term)
         for part, own in zip(parts, terms, strict=True):
             part.append(sp.Add(*own))

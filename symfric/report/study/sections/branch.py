@@ -77,8 +77,8 @@ def _branch(scene: Scene, plan: SweepPlan, span: tuple[float, float], hopf: Hopf
     most = MOST if len(scene.system.states) <= SMALL else FEW
     grows = hopf is not None and hopf.kind != "degenerate" and span[0] <= hopf.value <= span[1]
     if grows and hopf is not None:
-        found = onset(scene, plan.parameter, hopf, span, most)
-        branch, lifts = found.branch, found.lift_off
+        cycles = onset(scene, plan.parameter, hopf, span, most)
+        branch, lifts = cycles.branch, cycles.lift_off
     else:
         branch = continue_cycle(scene, plan.parameter, span, None, most)
         lifts = lift_offs(scene, plan.parameter, branch)
@@ -92,39 +92,39 @@ def _half_ranges(scene: Scene, plan: SweepPlan, branch: Branch) -> np.ndarray:
     if not branch.orbits or plan.coordinate in branch.orbits[0].names:
         return np.array([float(o.half_range[o.names.index(plan.coordinate)]) for o in branch.orbits])
     longest = max(orbit.period for orbit in branch.orbits)
-    wanted = {"size": HalfRange(state_symbol(scene, plan.coordinate))}
-    program = prepare(scene.until(1.01 * longest, wanted))
-    found = []
+    outputs = {"size": HalfRange(state_symbol(scene, plan.coordinate))}
+    program = prepare(scene.until(1.01 * longest, outputs))
+    sizes = []
     for value, orbit in zip(branch.values, branch.orbits, strict=True):
         start = dict(zip(orbit.names, orbit.start.tolist(), strict=True))
-        found.append(float(program.run({plan.parameter: float(value)}, start).checked()["size"]))
-    return np.array(found)
+        sizes.append(float(program.run({plan.parameter: float(value)}, start).checked()["size"]))
+    return np.array(sizes)
 
 
-def branch_in_words(found: BranchResult, file: SceneFile) -> Iterator[str]:
+def branch_in_words(result: BranchResult, file: SceneFile) -> Iterator[str]:
     """Yield the sentences on the limit cycles."""
-    if not found.branch.orbits:
+    if not result.branch.orbits:
         yield "No limit cycle was found."
         return
-    order = np.argsort(found.values)
-    low, high = (measure(float(found.values[k]), found.parameter, file) for k in order[[0, -1]])
-    begin = "from the onset on" if found.from_onset else "from the settled motion on"
-    stable = int(np.sum(found.stable))
-    kinds = "all stable" if stable == found.stable.size else f"{stable} of them stable"
-    count = counted(found.values.size, "limit cycle")
-    more = f" It goes on: no more than {found.cut} were computed." if found.cut else ""
-    yield f"{count} from {found.parameter} = {low} to {high}, followed {begin}; {kinds}.{more}"
-    for lift in found.lift_off[:LISTED]:
-        size = float(np.interp(lift.value, found.values[order], found.half_range[order]))
-        at = measure(lift.value, found.parameter, file)
+    order = np.argsort(result.values)
+    low, high = (measure(float(result.values[k]), result.parameter, file) for k in order[[0, -1]])
+    begin = "from the onset on" if result.from_onset else "from the settled motion on"
+    stable = int(np.sum(result.stable))
+    kinds = "all stable" if stable == result.stable.size else f"{stable} of them stable"
+    count = counted(result.values.size, "limit cycle")
+    more = f" It goes on: no more than {result.cut} were computed." if result.cut else ""
+    yield f"{count} from {result.parameter} = {low} to {high}, followed {begin}; {kinds}.{more}"
+    for lift in result.lift_off[:LISTED]:
+        size = float(np.interp(lift.value, result.values[order], result.half_range[order]))
+        at = measure(lift.value, result.parameter, file)
         yield (
-            f"Contact {lift.contact} first lifts off at {found.parameter} = {at}, where the half range of "
-            f"{found.coordinate} is about {measure(size, found.coordinate, file)}."
+            f"Contact {lift.contact} first lifts off at {result.parameter} = {at}, where the half range of "
+            f"{result.coordinate} is about {measure(size, result.coordinate, file)}."
         )
-    for special in found.branch.special:
+    for special in result.branch.special:
         if special.kind != "hopf" and math.isfinite(special.value):
-            at = measure(float(special.value), found.parameter, file)
-            yield f"{_KINDS.get(special.kind, special.kind)} at {found.parameter} = {at}."
+            at = measure(float(special.value), result.parameter, file)
+            yield f"{_KINDS.get(special.kind, special.kind)} at {result.parameter} = {at}."
 
 
 def draw_branch(branch: BranchResult, ax: Axes) -> None:
@@ -140,22 +140,22 @@ def draw_branch(branch: BranchResult, ax: Axes) -> None:
         ax.plot(lift.value, size, "D", color=ORANGE, markersize=5, label=word)
 
 
-def _data(_study: StudyResult, found: BranchResult) -> dict[str, object]:
+def _data(_study: StudyResult, result: BranchResult) -> dict[str, object]:
     return {
-        "parameter": found.parameter,
-        "coordinate": found.coordinate,
-        "values": found.values,
-        "half_range": found.half_range,
-        "stable": found.stable,
-        "special": [{"kind": s.kind, "value": s.value} for s in found.branch.special],
-        "lift_off": {lift.contact: lift.value for lift in found.lift_off},
+        "parameter": result.parameter,
+        "coordinate": result.coordinate,
+        "values": result.values,
+        "half_range": result.half_range,
+        "stable": result.stable,
+        "special": [{"kind": s.kind, "value": s.value} for s in result.branch.special],
+        "lift_off": {lift.contact: lift.value for lift in result.lift_off},
     }
 
 
-def _tables(_study: StudyResult, found: BranchResult) -> dict[str, str]:
-    periods = [orbit.period for orbit in found.branch.orbits]
-    rows = zip(found.values, found.half_range, periods, found.stable.astype(int), strict=True)
-    head = [found.parameter, f"half_range of {found.coordinate}", "period", "stable"]
+def _tables(_study: StudyResult, result: BranchResult) -> dict[str, str]:
+    periods = [orbit.period for orbit in result.branch.orbits]
+    rows = zip(result.values, result.half_range, periods, result.stable.astype(int), strict=True)
+    head = [result.parameter, f"half_range of {result.coordinate}", "period", "stable"]
     return {"cycles.csv": csv_text(head, rows)}
 
 

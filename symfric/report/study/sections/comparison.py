@@ -154,10 +154,12 @@ def _of_belt(scene: Scene, onset: HopfPoint | None, steady: Vibration | None) ->
         rows.append(ComparisonRow("period", 2 * math.pi / rate, steady.period, source))
     first = _try(lambda: belt.stick_speed(scene))
     if math.isfinite(first):
-        found = _try(lambda: stick_onset(scene, 0.8 * first, 1.1 * first))
+        computed = _try(lambda: stick_onset(scene, 0.8 * first, 1.1 * first))
         words = "belt speed below which it sticks"
-        rows.append(ComparisonRow(words, first, found, "Thomsen (21)"))
-        rows.append(ComparisonRow(words, _try(lambda: belt.stick_speed(scene, order=2)), found, "(21) to second order"))
+        rows.append(ComparisonRow(words, first, computed, "Thomsen (21)"))
+        rows.append(
+            ComparisonRow(words, _try(lambda: belt.stick_speed(scene, order=2)), computed, "(21) to second order")
+        )
     return rows
 
 
@@ -204,9 +206,9 @@ def of_design(file: SceneFile, plan: DesignPlan, design: Designed) -> list[Compa
     return rows
 
 
-def of_flutter(file: SceneFile, base: Scene, found: FlutterResult, onset: HopfPoint) -> list[ComparisonRow]:
+def of_flutter(file: SceneFile, base: Scene, flutter: FlutterResult, onset: HopfPoint) -> list[ComparisonRow]:
     """Compare the onset by the full matrices with the Hopf point of the scene."""
-    if not found.map.critical:
+    if not flutter.map.critical:
         return []
     scene = base.where({onset.parameter: onset.value})
     at = answer(equilibrium, scene)
@@ -214,14 +216,14 @@ def of_flutter(file: SceneFile, base: Scene, found: FlutterResult, onset: HopfPo
         return []
     mu = coefficient_at(scene, at.value)
     opened = open_contacts(scene, at.value)
-    near = min(found.map.critical, key=lambda p: abs(p.mu - mu) if np.isfinite(mu) else abs(p.omega - onset.omega))
+    near = min(flutter.map.critical, key=lambda p: abs(p.mu - mu) if np.isfinite(mu) else abs(p.omega - onset.omega))
     words = "full matrices; computed: Hopf point"
     if opened:
         words += f"; made for closed contacts, and {opened[0]} is open there"
     elif any(c.law.kinetic.free_symbols & {SPEED} for c in scene.contacts):
         words += "; made without the slope of the law"
     return [
-        ComparisonRow(f"{found.factor or 'coefficient of friction'} at the onset", near.mu, mu, words),
+        ComparisonRow(f"{flutter.factor or 'coefficient of friction'} at the onset", near.mu, mu, words),
         ComparisonRow("angular frequency at the onset", near.omega, onset.omega, words, file.units.angular),
     ]
 
@@ -231,19 +233,19 @@ def coefficient_at(scene: Scene, equilibrium: Equilibrium) -> float:
     values, part = scene.parameter_values(), scene.system.linear
     if not scene.contacts and part is not None and part.scaled:
         return float(part.scaled[0][0].subs(values))
-    found = [
+    coefficients = [
         float(c.law.where(values)(abs(equilibrium.sliding[c.name]))) * float(sp.sympify(c.profile).subs(values))
         for c in scene.contacts
         if sp.sympify(c.profile).free_symbols <= set(values)
     ]
-    if len(found) < max(1, len(scene.contacts)) or np.ptp(found) > _ALIKE * max(found):
+    if len(coefficients) < max(1, len(scene.contacts)) or np.ptp(coefficients) > _ALIKE * max(coefficients):
         return float("nan")
-    return found[0]
+    return coefficients[0]
 
 
 def _page(study: StudyResult) -> Iterator[Markup]:
-    found = study[COMPARISON].value
-    if not found:
+    comparisons = study[COMPARISON].value
+    if not comparisons:
         return
     yield heading("Predicted and computed", "comparison")
     rows = [
@@ -254,7 +256,7 @@ def _page(study: StudyResult) -> Iterator[Markup]:
             percent(r.difference),
             study.said(r.formula),
         ]
-        for r in found
+        for r in comparisons
     ]
     yield table(["quantity", "predicted", "computed", "difference", "formula"], rows, [1, 2, 3])
 

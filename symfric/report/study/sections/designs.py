@@ -34,11 +34,11 @@ Made = tuple[DesignResult, ...]
 
 
 def _compute(study: StudyResult, tell: Progress) -> Made:
-    found, file = [], study.file
+    results, file = [], study.file
     for k, plan in enumerate(file.designs):
         tell("design", 0.6 + 0.1 * k / len(file.designs))
-        found.append(DesignResult(plan, answer(plan, file.scene)))
-    return tuple(found)
+        results.append(DesignResult(plan, answer(plan, file.scene)))
+    return tuple(results)
 
 
 def _missing(_study: StudyResult, made: Made) -> dict[str, str]:
@@ -59,7 +59,7 @@ def _page(study: StudyResult) -> Iterator[Markup]:
         if design is None:
             yield note(f"Not designed: {made.design.note.rstrip('.')}.")
             continue
-        yield from (paragraph(study.said(line)) for line in designs.found(design, file))
+        yield from (paragraph(study.said(line)) for line in designs.result_in_words(design, file))
         rows = [
             [inline_name(name) if name in design.values else name, number(value), unit]
             for name, value, unit in designs.rows(plan, design, file)

@@ -60,11 +60,11 @@ def _compute(study: StudyResult, _tell: Progress) -> FlutterResult:
         raise NotFound("the file has no [flutter], which says over which coefficients of friction")
     values = values_of(study.file)
     closed = structures.sliding(plan.full, plan.contacts, values)
-    found = structures.flutter(closed, (asked.mu[0], asked.mu[1]), asked.modes, asked.near, asked.grid)
-    torn = tuple(_torn(plan, values, p.mu) for p in found.critical)
+    flutter_map = structures.flutter(closed, (asked.mu[0], asked.mu[1]), asked.modes, asked.near, asked.grid)
+    torn = tuple(_torn(plan, values, p.mu) for p in flutter_map.critical)
     part = scene.system.linear
     factor = "" if scene.contacts or part is None or not part.scaled else str(part.scaled[0][0])
-    return FlutterResult(found, torn, factor)
+    return FlutterResult(flutter_map, torn, factor)
 
 
 def _opened(study: StudyResult, _tell: Progress) -> list[str]:
@@ -91,15 +91,15 @@ def open_contacts(scene: Scene, equilibrium: Equilibrium) -> list[str]:
     return [name for name, load in loads.items() if load.is_number and float(load) <= 0]
 
 
-def flutter_in_words(found: FlutterResult, opened: list[str], file: SceneFile) -> list[str]:
+def flutter_in_words(result: FlutterResult, opened: list[str], file: SceneFile) -> list[str]:
     """Return the sentences on where modes begin to grow, the first of them for the summary."""
-    flutter = found.map
+    flutter = result.map
     low, high = f"{flutter.mu[0]:g}", f"{flutter.mu[-1]:g}"
     if not flutter.critical:
         grows = bool(np.any(flutter.eigenvalues[:, 0].real > 1e-9 * np.max(np.abs(flutter.eigenvalues))))
         words = "A mode already grows at its lower end" if grows else "No mode begins to grow"
-        return [f"{words} for {found.factor or 'coefficients of friction'} from {low} to {high}.", *_on_open(opened)]
-    name = f"{found.factor} =" if found.factor else "the coefficient of friction"
+        return [f"{words} for {result.factor or 'coefficients of friction'} from {low} to {high}.", *_on_open(opened)]
+    name = f"{result.factor} =" if result.factor else "the coefficient of friction"
     lines = []
     for k, point in enumerate(flutter.critical):
         at = f"{name} {point.mu:.5g}"
@@ -111,7 +111,7 @@ def flutter_in_words(found: FlutterResult, opened: list[str], file: SceneFile) -
             f"From {at} on, small vibrations grow with the angular frequency {angular_frequency(point.omega, file)}: "
             f"{how}."
         )
-        if torn := list(found.torn[k]):
+        if torn := list(result.torn[k]):
             lines[-1] += (
                 f" Steady sliding there needs tension in {listed(torn)}, which "
                 f"{'opens' if len(torn) == 1 else 'open'} instead: the point does not hold."
@@ -131,61 +131,61 @@ def _on_open(opened: list[str]) -> list[str]:
     ]
 
 
-def _summary(study: StudyResult, found: FlutterResult) -> list[str]:
-    return flutter_in_words(found, study[OPENED].value or [], study.file)[:1]
+def _summary(study: StudyResult, result: FlutterResult) -> list[str]:
+    return flutter_in_words(result, study[OPENED].value or [], study.file)[:1]
 
 
 def _page(study: StudyResult) -> Iterator[Markup]:
-    found = study[FLUTTER]
+    answered = study[FLUTTER]
     yield heading("Modes and flutter", "flutter")
-    if found.value is None:
-        yield note(f"No flutter map: {found.note}.")
+    if answered.value is None:
+        yield note(f"No flutter map: {answered.note}.")
         return
-    lines = flutter_in_words(found.value, study[OPENED].value or [], study.file)
+    lines = flutter_in_words(answered.value, study[OPENED].value or [], study.file)
     yield from (paragraph(study.said(line)) for line in lines)
-    yield gallery(_pictures(found.value, study.file.units))
+    yield gallery(_pictures(answered.value, study.file.units))
 
 
-def _pictures(found: FlutterResult, units: Units) -> list[Picture]:
+def _pictures(result: FlutterResult, units: Units) -> list[Picture]:
     """Draw frequencies and growth over the coefficient of friction."""
-    at = ", ".join(f"{p.mu:.4g}" for p in found.map.critical) or "none"
-    over, count = found.factor or "the coefficient of friction", len(found.map.eigenvalues)
+    at = ", ".join(f"{p.mu:.4g}" for p in result.map.critical) or "none"
+    over, count = result.factor or "the coefficient of friction", len(result.map.eigenvalues)
     return [
         Picture(
-            to_svg(plot_frequencies(found, units)),
+            to_svg(plot_frequencies(result, units)),
             f"Frequencies of {count} modes against {over}; one grows from {at}",
             "Frequencies of the modes; in colour those that couple.",
         ),
         Picture(
-            to_svg(plot_growth(found, units)),
+            to_svg(plot_growth(result, units)),
             f"Rates of growth of {count} modes against {over}",
             "Their rates of growth: above zero a small vibration grows.",
         ),
     ]
 
 
-def plot_frequencies(found: FlutterResult, units: Units, ax: Axes | None = None) -> Axes:
+def plot_frequencies(result: FlutterResult, units: Units, ax: Axes | None = None) -> Axes:
     """Draw the frequencies of modes against the coefficient of friction; those that grow in colour."""
     ax = new_axes() if ax is None else ax
-    flutter, hertz = found.map, units.hertz
+    flutter, hertz = result.map, units.hertz
     scale, unit = (hertz, "Hz") if math.isfinite(hertz) else (1.0, units.angular)
     _lines(flutter, scale * flutter.eigenvalues.imag, ax)
     for point in flutter.critical:
         ax.plot(point.mu, scale * point.omega, "o", color="black", markersize=5)
     ax.set_ylim(bottom=0)
     ax.set_ylabel(("frequency" if math.isfinite(hertz) else "angular frequency") + in_brackets(unit))
-    return _over_mu(found, ax)
+    return _over_mu(result, ax)
 
 
-def plot_growth(found: FlutterResult, units: Units, ax: Axes | None = None) -> Axes:
+def plot_growth(result: FlutterResult, units: Units, ax: Axes | None = None) -> Axes:
     """Draw the rates of growth of modes against the coefficient of friction."""
     ax = new_axes() if ax is None else ax
     ax.axhline(0.0, color="black", linewidth=0.8)
-    _lines(found.map, found.map.eigenvalues.real, ax)
-    for point in found.map.critical:
+    _lines(result.map, result.map.eigenvalues.real, ax)
+    for point in result.map.critical:
         ax.plot(point.mu, 0.0, "o", color="black", markersize=5)
     ax.set_ylabel("rate of growth" + in_brackets(units.rate))
-    return _over_mu(found, ax)
+    return _over_mu(result, ax)
 
 
 def _lines(flutter: Flutter, values: np.ndarray, ax: Axes) -> None:
@@ -196,21 +196,21 @@ def _lines(flutter: Flutter, values: np.ndarray, ax: Axes) -> None:
         ax.plot(flutter.mu, row, color=colour, linewidth=1.0 if number is None else 1.8)
 
 
-def _over_mu(found: FlutterResult, ax: Axes) -> Axes:
-    flutter = found.map
+def _over_mu(result: FlutterResult, ax: Axes) -> Axes:
+    flutter = result.map
     for k, point in enumerate(flutter.critical):
         words = "a mode begins to grow" if k == 0 else None
         ax.axvline(point.mu, color="black", linewidth=0.8, linestyle=(0, (4, 3)), label=words)
     for k, point in enumerate(flutter.regained):
         ax.axvline(point.mu, color=GREEN, linewidth=0.8, linestyle=":", label="stops growing" if k == 0 else None)
     ax.set_xlim(flutter.mu[0], flutter.mu[-1])
-    ax.set_xlabel(label(found.factor, {}) if found.factor else "coefficient of friction")
+    ax.set_xlabel(label(result.factor, {}) if result.factor else "coefficient of friction")
     legend(ax, above=1.0)
     return tidy(ax)
 
 
-def _tables(study: StudyResult, found: FlutterResult) -> dict[str, str]:
-    flutter = found.map
+def _tables(study: StudyResult, result: FlutterResult) -> dict[str, str]:
+    flutter = result.map
     head = [f"{part}_{k + 1}" for k in range(len(flutter.eigenvalues)) for part in ("growth", "frequency")]
     columns = (e for row in flutter.eigenvalues for e in (row.real, row.imag))
     files = {"flutter.csv": csv_text(["mu", *head], zip(flutter.mu, *columns, strict=True))}
@@ -235,6 +235,6 @@ FLUTTER = Section(
     rank=2,
     summary=_summary,
     key="structure.flutter",
-    data=lambda _study, found: found.map.to_dict(),
+    data=lambda _study, result: result.map.to_dict(),
     tables=_tables,
 )

@@ -109,9 +109,9 @@ def _different(scene: Scene) -> list[int]:
 
 def _place(scene: Scene, contact: Contact, law: Law) -> sp.Symbol | None:
     """Return the only coordinate on which the friction of a contact depends, if the sliding speed changes nothing."""
-    found = [q for q in scene.system.q if contact.profile.has(q)]
+    coordinates = [q for q in scene.system.q if contact.profile.has(q)]
     constant = law.kinetic.is_number and law.kinetic == law.stick and not law.memory
-    return found[0] if constant and len(found) == 1 and not contact.profile.has(TIME) else None
+    return coordinates[0] if constant and len(coordinates) == 1 and not contact.profile.has(TIME) else None
 
 
 def _range(x: np.ndarray) -> tuple[float, float]:

@@ -25,8 +25,8 @@ def without_answer(study: StudyResult) -> list[str]:
 
 
 def _text(study: StudyResult) -> str:
-    found = study[EXPLANATION]
-    return found.note if found.value is None else str(found.value)
+    answered = study[EXPLANATION]
+    return answered.note if answered.value is None else str(answered.value)
 
 
 def _page(study: StudyResult) -> Iterator[Markup]:
@@ -49,8 +49,8 @@ def _page(study: StudyResult) -> Iterator[Markup]:
     )
 
 
-def _data(_study: StudyResult, found: Explanation) -> str:
-    return str(found)
+def _data(_study: StudyResult, explanation: Explanation) -> str:
+    return str(explanation)
 
 
 EXPLANATION = Section("explanation", _compute, place=90, page=_page, key="explanation", data=_data)

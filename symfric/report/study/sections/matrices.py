@@ -112,13 +112,13 @@ def _row(letter: str) -> str:
 
 def _one_of_each_law(file: SceneFile) -> dict[str, Contact]:
     """Return one contact for each law, by its heading."""
-    contacts, found = file.scene.contacts, {}
+    contacts, shown = file.scene.contacts, {}
     for c in contacts:
         alike = [other.name for other in contacts if other.law == c.law]
         if alike[0] == c.name:
             rest = f" and {len(alike) - 1} more of the same law" if len(alike) > 1 else ""
-            found[c.name + rest] = _along_rows(c)
-    return found
+            shown[c.name + rest] = _along_rows(c)
+    return shown
 
 
 def _along_rows(contact: Contact) -> Contact:

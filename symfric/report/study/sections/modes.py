@@ -38,15 +38,16 @@ def _shapes(study: StudyResult) -> Iterator[tuple[np.ndarray, str]]:
 
 
 def _page(study: StudyResult) -> Iterator[Markup]:
-    plan, found, units = plan_of(study.file), study[MODES], study.file.units
+    plan, answered, units = plan_of(study.file), study[MODES], study.file.units
     yield gallery(shape_picture(plan, shape, words) for shape, words in _shapes(study))
-    if found.value is None:
-        yield note(f"Modes: {found.note}")
+    if answered.value is None:
+        yield note(f"Modes: {answered.note}")
         return
     in_hertz = math.isfinite(units.hertz)
     head = ["mode", "angular frequency" + (f" [{units.angular}]" if units.angular else ""), *(["[Hz]"] * in_hertz)]
     rows = [
-        [str(k + 1), measured(w), *([f"{w * units.hertz:.5g}"] * in_hertz)] for k, w in enumerate(found.value.frequency)
+        [str(k + 1), measured(w), *([f"{w * units.hertz:.5g}"] * in_hertz)]
+        for k, w in enumerate(answered.value.frequency)
     ]
     yield paragraph("The lowest modes with the contacts closed, without friction and damping:")
     yield table(head, rows, [0, 1, 2])

@@ -84,13 +84,13 @@ def motion_in_words(m: SampledMotion, file: SceneFile) -> str:
 
 
 def _page(study: StudyResult) -> Iterator[Markup]:
-    found = study[MOTION]
+    answered = study[MOTION]
     yield heading("The motion", "motion")
-    if found.value is None:
-        yield note(f"Not computed: {found.note}")
+    if answered.value is None:
+        yield note(f"Not computed: {answered.note}")
     else:
-        yield paragraph(study.said(motion_in_words(found.value, study.file)))
-        yield gallery(pictures(found.value, study.file), study.said)
+        yield paragraph(study.said(motion_in_words(answered.value, study.file)))
+        yield gallery(pictures(answered.value, study.file), study.said)
 
 
 def pictures(motion: SampledMotion, file: SceneFile) -> list[Picture]:
@@ -195,11 +195,11 @@ def _outputs(study: StudyResult, _tell: Progress) -> Mapping[str, float]:
 
 
 def _outputs_page(study: StudyResult) -> Iterator[Markup]:
-    found, asked, units = study[OUTPUTS].value, study.file.scene.outputs, study.file.units
-    if found:
+    values, asked, units = study[OUTPUTS].value, study.file.scene.outputs, study.file.units
+    if values:
         yield subheading("What the file asks for")
         rows = [
-            [name, number(v, 9), output_unit(units, asked[name]) if name in asked else ""] for name, v in found.items()
+            [name, number(v, 9), output_unit(units, asked[name]) if name in asked else ""] for name, v in values.items()
         ]
         yield table(["output", "value", "unit"], rows, [1])
 

@@ -37,28 +37,28 @@ def _compute(study: StudyResult, _tell: Progress) -> HopfPoint:
     return hopf(base(study), plan.parameter, (plan.start, plan.stop))
 
 
-def onset_in_words(found: HopfPoint, file: SceneFile) -> str:
+def onset_in_words(point: HopfPoint, file: SceneFile) -> str:
     """Return the sentence on the Hopf point."""
-    how = _HOW[found.kind]
-    if found.kind == "degenerate" and not file.scene.contacts:
+    how = _HOW[point.kind]
+    if point.kind == "degenerate" and not file.scene.contacts:
         how = "as terms beyond the cubic ones decide: those vanish"
     return (
-        f"{what_slides(file.scene)} changes its stability at {found.parameter} = "
-        f"{measure(found.value, found.parameter, file)} with the angular frequency "
-        f"{angular_frequency(found.omega, file)} ({found.kind} Hopf point); vibration sets in {how}."
+        f"{what_slides(file.scene)} changes its stability at {point.parameter} = "
+        f"{measure(point.value, point.parameter, file)} with the angular frequency "
+        f"{angular_frequency(point.omega, file)} ({point.kind} Hopf point); vibration sets in {how}."
     )
 
 
 def _page(study: StudyResult) -> Iterator[Markup]:
-    found = study[HOPF]
-    if found.value is not None:
-        yield paragraph(study.said(onset_in_words(found.value, study.file)))
+    answered = study[HOPF]
+    if answered.value is not None:
+        yield paragraph(study.said(onset_in_words(answered.value, study.file)))
     elif study.file.sweep is not None:
-        yield paragraph(study.said(f"Onset of vibration: {found.note}."))
+        yield paragraph(study.said(f"Onset of vibration: {answered.note}."))
 
 
-def _summary(study: StudyResult, found: HopfPoint) -> list[str]:
-    return [onset_in_words(found, study.file)]
+def _summary(study: StudyResult, point: HopfPoint) -> list[str]:
+    return [onset_in_words(point, study.file)]
 
 
 HOPF = Section("hopf", _compute, topic="onset of vibration", place=41, page=_page, rank=4, summary=_summary, key="hopf")
@@ -162,25 +162,25 @@ def _safe(study: StudyResult, _tell: Progress) -> SafeSpeed:
     return safe_speed(file.scene, plan, onset.value)
 
 
-def safe_in_words(found: SafeSpeed, file: SceneFile) -> str:
+def safe_in_words(safe: SafeSpeed, file: SceneFile) -> str:
     """Return the sentence on the speed above which nothing vibrates."""
-    if not found.overhangs:
-        value = measure(found.onset, found.parameter, file)
-        return f"Quiet above {found.parameter} = {value}: the vibration ends where steady sliding becomes stable."
-    value = measure(float(f"{found.value:.3g}"), found.parameter, file)
-    if not found.ended:
+    if not safe.overhangs:
+        value = measure(safe.onset, safe.parameter, file)
+        return f"Quiet above {safe.parameter} = {value}: the vibration ends where steady sliding becomes stable."
+    value = measure(float(f"{safe.value:.3g}"), safe.parameter, file)
+    if not safe.ended:
         return (
-            f"No speed is quiet as far as was tried, up to {found.parameter} = {value}: there small disturbances "
+            f"No speed is quiet as far as was tried, up to {safe.parameter} = {value}: there small disturbances "
             "die out, but a vibration that has started goes on."
         )
     return (
-        f"Quiet from about {found.parameter} = {value}: up to there a vibration that has started goes on, though "
+        f"Quiet from about {safe.parameter} = {value}: up to there a vibration that has started goes on, though "
         "small disturbances die out before. The speed to stay above is this one, not the onset."
     )
 
 
-def _safe_summary(study: StudyResult, found: SafeSpeed) -> list[str]:
-    return [safe_in_words(found, study.file)]
+def _safe_summary(study: StudyResult, safe: SafeSpeed) -> list[str]:
+    return [safe_in_words(safe, study.file)]
 
 
 SAFE = Section("safe", _safe, longer=True, rank=5, summary=_safe_summary, key="safe_speed")

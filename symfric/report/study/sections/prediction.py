@@ -53,10 +53,10 @@ def averaged_curves(scene: Scene, parameter: str, values: np.ndarray) -> list[Pr
         values = np.linspace(values[0], values[-1], RARE)
     elif flow.rate.has(sp.Integral):
         values = values[::4]
-    found = [_amplitudes(scene, flow, parameter, float(v)) for v in values]
+    amplitudes = [_amplitudes(scene, flow, parameter, float(v)) for v in values]
     source = "sf.average, first order"
-    stable = np.array([max((a for a, good in pairs if good), default=np.nan) for pairs in found])
-    unstable = np.array([max((a for a, good in pairs if not good), default=np.nan) for pairs in found])
+    stable = np.array([max((a for a, good in pairs if good), default=np.nan) for pairs in amplitudes])
+    unstable = np.array([max((a for a, good in pairs if not good), default=np.nan) for pairs in amplitudes])
     curves = []
     if _has_a_line(stable):
         curves.append(PredictionCurve("averaging", source, values, stable))
@@ -69,8 +69,8 @@ def averaged_curves(scene: Scene, parameter: str, values: np.ndarray) -> list[Pr
 
 def _has_a_line(amplitude: np.ndarray) -> bool:
     """Whether two neighbouring values have an amplitude, so that something would be drawn."""
-    found = np.isfinite(amplitude)
-    return bool((found[1:] & found[:-1]).any())
+    finite = np.isfinite(amplitude)
+    return bool((finite[1:] & finite[:-1]).any())
 
 
 def _amplitudes(scene: Scene, flow: SlowFlow, parameter: str, value: float) -> list[tuple[float, bool]]:
@@ -90,13 +90,13 @@ def _amplitudes(scene: Scene, flow: SlowFlow, parameter: str, value: float) -> l
 def _edges(flow: SlowFlow, changed: dict[str, float]) -> tuple[float, ...]:
     """Return the amplitudes at which the rate changes its formula."""
     numbers = {s: changed.get(s.name, v) for s, v in flow.values.items()}
-    found = set()
+    edges = set()
     for relation in flow.rate.atoms(sp.core.relational.Relational):
         for side in (relation.lhs, relation.rhs):
             edge = side.subs(numbers)
             if edge.is_number:
-                found.add(float(edge))
-    return tuple(sorted(found))
+                edges.add(float(edge))
+    return tuple(sorted(edges))
 
 
 @alone(SYMBOLIC)

@@ -49,11 +49,11 @@ def _compute(study: StudyResult, _tell: Progress) -> QuenchResult:
     return QuenchResult(design, excited, speeds[0].name, shown, motion(still), motion(shaken))
 
 
-def before_after(found: QuenchResult, q: str, file: SceneFile) -> Picture:
+def before_after(result: QuenchResult, q: str, file: SceneFile) -> Picture:
     """Draw a coordinate in the motions without and with the designed excitation."""
-    at = measure(found.shown, found.speed, file)
-    caption = f"At {found.speed} = {at}, without and with the designed excitation."
-    ax = plot_before_after(found.before, found.after, q, file.units)
+    at = measure(result.shown, result.speed, file)
+    caption = f"At {result.speed} = {at}, without and with the designed excitation."
+    ax = plot_before_after(result.before, result.after, q, file.units)
     return Picture(to_svg(ax), f"{q} against time. {caption}", caption)
 
 
@@ -78,5 +78,5 @@ QUENCH = Section(
     topic="quench",
     asked=lambda file: file.plan("quench") is not None,
     key="quench",
-    data=lambda _study, found: found.design.to_dict(),
+    data=lambda _study, result: result.design.to_dict(),
 )

@@ -44,16 +44,16 @@ def _stability(study: StudyResult, _tell: Progress) -> Stability:
     return stability(base(study))
 
 
-def _summary(study: StudyResult, found: Stability) -> Iterator[str]:
+def _summary(study: StudyResult, judged: Stability) -> Iterator[str]:
     file = study.file
     speeds = belt_speeds(file.scene)
     at = f" at {speeds[0].name} = {measure(file.scene.numbers()[speeds[0]], speeds[0].name, file)}" if speeds else ""
-    verdict = "is stable: a small disturbance dies out" if found.stable else "is not stable: a small disturbance grows"
-    if abs(found.margin) <= NEUTRAL * np.max(np.abs(found.eigenvalues), initial=0.0):
+    verdict = "is stable: a small disturbance dies out" if judged.stable else "is not stable: a small disturbance grows"
+    if abs(judged.margin) <= NEUTRAL * np.max(np.abs(judged.eigenvalues), initial=0.0):
         verdict = "is on the edge: a small disturbance neither grows nor dies out"
     settled = study[STEADY].value
     vibrates = settled is not None and settled.settled and not rests(settled) and not is_excited(file.scene)
-    more = ". A large one need not: from its start the scene vibrates" if found.stable and vibrates else ""
+    more = ". A large one need not: from its start the scene vibrates" if judged.stable and vibrates else ""
     yield f"{what_slides(file.scene)}{at} {verdict}{more}."
 
 
@@ -63,7 +63,7 @@ def what_slides(scene: Scene) -> str:
 
 
 def _page(study: StudyResult) -> Iterator[Markup]:
-    scene, found = study.file.scene, study[STABILITY]
+    scene, answered = study.file.scene, study[STABILITY]
     yield heading(f"{what_slides(scene)} and its stability", "stability")
     if study[SLOW].value is not None and study[SLOW].value is not scene:
         if scene.contacts:
@@ -72,10 +72,10 @@ def _page(study: StudyResult) -> Iterator[Markup]:
             yield note("The scene is excited; what follows holds without the excitation.")
     at = study[EQUILIBRIUM]
     yield note(f"No steady sliding: {at.note}") if at.value is None else paragraph(_balance(study, at.value))
-    if found.value is not None:
-        yield from _details(study, found.value)
+    if answered.value is not None:
+        yield from _details(study, answered.value)
     elif at.value is not None:
-        yield note(f"Stability: {found.note}")
+        yield note(f"Stability: {answered.note}")
 
 
 def _balance(study: StudyResult, at: Equilibrium) -> Markup:
@@ -104,7 +104,7 @@ def _alike(sliding: Mapping[str, float]) -> dict[str, float]:
     return dict(sliding)
 
 
-def _details(study: StudyResult, found: Stability) -> Iterator[Markup]:
+def _details(study: StudyResult, judged: Stability) -> Iterator[Markup]:
     """Yield verdict, matrices and eigenvalues, beside their picture."""
     scene, units = study.file.scene, study.file.units
     yield Markup(
@@ -112,28 +112,28 @@ def _details(study: StudyResult, found: Stability) -> Iterator[Markup]:
         "Eigenvalues: {} is <strong>{}</strong>, growth rate {}.</p>"
     ).format(
         ", friction included" if scene.contacts else "",
-        found.definiteness,
-        study.said(found.reason.replace("M^-1 B", "M⁻¹B")),
+        judged.definiteness,
+        study.said(judged.reason.replace("M^-1 B", "M⁻¹B")),
         "steady sliding" if scene.contacts else "the equilibrium",
-        "stable" if found.stable else "not stable",
-        with_unit(number(-found.margin), units.rate),
+        "stable" if judged.stable else "not stable",
+        with_unit(number(-judged.margin), units.rate),
     )
     yield Markup('<div class="pair"><div>')
-    if len(found.eigenvalues) <= 2 * MANY:
-        for name, entries in (("M", found.M), ("B", found.B), ("K", found.K)):
+    if len(judged.eigenvalues) <= 2 * MANY:
+        for name, entries in (("M", judged.M), ("B", judged.B), ("K", judged.K)):
             yield matrix(name, [[number_in_letters(v) for v in row] for row in np.atleast_2d(entries)])
-    shown = _leading(found.eigenvalues)
+    shown = _leading(judged.eigenvalues)
     hertz = units.hertz
     rows = [
         [number(v.real), number(v.imag), *([number(abs(v.imag) * hertz)] if math.isfinite(hertz) else [])]
         for v in shown
     ]
     yield table(_eigenvalue_head(units), rows, [0, 1, 2])
-    if len(shown) < len(found.eigenvalues):
-        yield note(f"Of {len(found.eigenvalues)} eigenvalues those that grow most or decay least.")
-    values = ", ".join(f"{v:.4g}" for v in found.eigenvalues)
+    if len(shown) < len(judged.eigenvalues):
+        yield note(f"Of {len(judged.eigenvalues)} eigenvalues those that grow most or decay least.")
+    values = ", ".join(f"{v:.4g}" for v in judged.eigenvalues)
     alt = f"Eigenvalues in the complex plane: {values}"
-    picture = Picture(to_svg(plot_eigenvalues(found.eigenvalues, units)), alt, "Eigenvalues of steady sliding.")
+    picture = Picture(to_svg(plot_eigenvalues(judged.eigenvalues, units)), alt, "Eigenvalues of steady sliding.")
     yield Markup("</div>{}</div>").format(gallery([picture], study.said))
 
 

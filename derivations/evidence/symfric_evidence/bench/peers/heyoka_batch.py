@@ -61,7 +61,7 @@ def prepare_sweep(problem: Problem, tolerance: float, size: int = 4) -> Callable
     state, pars = ta.state, ta.pars
 
     def run() -> BenchAnswer:
-        found = np.empty(speeds.size)
+        half_ranges = np.empty(speeds.size)
         for first in range(0, speeds.size, size):
             ta.reset_cooldowns()
             ta.set_time(0.0)
@@ -72,7 +72,7 @@ def prepare_sweep(problem: Problem, tolerance: float, size: int = 4) -> Callable
             watching[0] = True
             ta.propagate_until(end)
             low[:], high[:] = np.minimum(low, state[0]), np.maximum(high, state[0])
-            found[first : first + size] = (high - low) / 2
-        return BenchAnswer(tuple(found[: len(problem.speeds)].tolist()), 0)
+            half_ranges[first : first + size] = (high - low) / 2
+        return BenchAnswer(tuple(half_ranges[: len(problem.speeds)].tolist()), 0)
 
     return run

@@ -152,7 +152,7 @@ def prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], BenchAnswe
             released = ta.time + (o.mu_s - 2 * o.beta * v_b - state[0]) / v_b
 
     def run() -> BenchAnswer:
-        found = []
+        half_ranges = []
         for v_b in problem.speeds:
             ta.reset_cooldowns()
             ta.time, state[0], state[1], pars[0], pars[1] = 0.0, o.x0, 0.0, -1.0, v_b
@@ -161,8 +161,8 @@ def prepare_sweep(problem: Problem, tolerance: float) -> Callable[[], BenchAnswe
             range_[:], watching[0] = (state[0], state[0]), True
             go(end, released)
             seen(state[0])
-            found.append((range_[1] - range_[0]) / 2)
-        return BenchAnswer(tuple(found), 0)
+            half_ranges.append((range_[1] - range_[0]) / 2)
+        return BenchAnswer(tuple(half_ranges), 0)
 
     return run
 

@@ -79,8 +79,8 @@ def _advance(
         del options["events"]
 
     def rate(t: float, y: np.ndarray) -> list[float]:
-        found: list[float] = rates(t, *y.tolist(), *constants)
-        return found
+        slopes: list[float] = rates(t, *y.tolist(), *constants)
+        return slopes
 
     def advance(t: float, y: list[float], mode: list[float], line: list[float], end: float) -> Step:
         constants[:] = (*mode, *line)
@@ -93,7 +93,7 @@ def _advance(
             return end, part.y[:, -1].tolist(), None
         if part.t[-1] == t:
             raise RuntimeError(f"the event at t = {t:.6g} is found again and again")
-        fired = next(k for k, found in enumerate(part.t_events) if found.size)
+        fired = next(k for k, zeros in enumerate(part.t_events) if zeros.size)
         return float(part.t[-1]), part.y[:, -1].tolist(), fired
 
     return advance

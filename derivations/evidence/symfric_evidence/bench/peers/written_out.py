@@ -100,8 +100,8 @@ class WrittenForm:
             slipping = [self.signs[0] * self.slips[0]]
             return (*slipping, *(s * e for s, e in zip(self.signs[1:], self.kinks, strict=True)))
         contacts = zip(self.signs, self.moving, self.slips, self.limits, self.holds, strict=False)
-        found = [m * s * w + (1 - m) * (limit**2 - hold**2) for s, m, w, limit, hold in contacts]
-        return (*found, *(s * e for s, e in zip(self.signs[len(self.moving) :], self.kinks, strict=True)))
+        lasting = [m * s * w + (1 - m) * (limit**2 - hold**2) for s, m, w, limit, hold in contacts]
+        return (*lasting, *(s * e for s, e in zip(self.signs[len(self.moving) :], self.kinks, strict=True)))
 
 
 class branch(sp.Function):  # noqa: N801  (a SymPy function is named as it is called)
@@ -195,9 +195,9 @@ def form_of(scene: Scene, given: tuple[sp.Symbol, ...] = (), *, through: bool = 
 
 
 def _fastest(scene: Scene) -> float:
-    found = excitation_of(scene)
-    rates = np.abs(found.frequencies({s.name: v for s, v in scene.numbers().items()}))
-    return 2 * math.pi / float(np.max(rates)) if found.rates else math.inf
+    excitation = excitation_of(scene)
+    rates = np.abs(excitation.frequencies({s.name: v for s, v in scene.numbers().items()}))
+    return 2 * math.pi / float(np.max(rates)) if excitation.rates else math.inf
 
 
 def _branched(law: Law, slip: sp.Expr) -> sp.Expr:
@@ -223,19 +223,19 @@ def _odd(kinetic: sp.Expr, sign: sp.Symbol, slip: sp.Expr) -> sp.Expr:
 def _hold_rates(system: System, holds: list[sp.Expr], limits: list[sp.Expr]) -> tuple[sp.Expr, ...] | None:
     """Return the rates of the holding forces at constant velocities, if they are constant."""
     varying = {TIME, *system.q}
-    found = [e.diff(TIME) + sum(e.diff(a) * b for a, b in zip(system.q, system.u, strict=True)) for e in holds]
-    return None if any(e.free_symbols & varying for e in (*found, *limits)) else tuple(found)
+    changes = [e.diff(TIME) + sum(e.diff(a) * b for a, b in zip(system.q, system.u, strict=True)) for e in holds]
+    return None if any(e.free_symbols & varying for e in (*changes, *limits)) else tuple(changes)
 
 
 def _segments(scene: Scene) -> tuple[tuple[float, ...], ...]:
     if not scene.inputs:
         return ((scene.horizon,),)
     (signal,) = scene.inputs.values()
-    found, times = [], signal.t0 + signal.dt * np.arange(signal.samples.size)
+    segments, times = [], signal.t0 + signal.dt * np.arange(signal.samples.size)
     for t, end, left, right in zip(times, times[1:], signal.samples, signal.samples[1:], strict=False):
         slope = (right - left) / signal.dt
-        found.append((float(min(end, scene.horizon)), float(left - slope * t), float(slope)))
-    return (*(s for s in found if s[0] <= scene.horizon), (scene.horizon, 0.0, 0.0))
+        segments.append((float(min(end, scene.horizon)), float(left - slope * t), float(slope)))
+    return (*(s for s in segments if s[0] <= scene.horizon), (scene.horizon, 0.0, 0.0))
 
 
 class PeerLoop:
@@ -337,8 +337,8 @@ class PeerLoop:
             until = min(t + part, end)
             fallen = [k for k in range(self._contacts) if left(until, k) < 0]
             if fallen:
-                found = [(brentq(left, t, until, (k,), 1e-15) if left(t, k) > 0 else t, k) for k in fallen]
-                first, k = min(found)
+                releases = [(brentq(left, t, until, (k,), 1e-15) if left(t, k) > 0 else t, k) for k in fallen]
+                first, k = min(releases)
                 return first, k, 1.0 if hold_of(first, k)[0] > 0.0 else -1.0
             t = until
         return end, None, 0.0

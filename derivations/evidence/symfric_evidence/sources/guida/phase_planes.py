@@ -155,9 +155,9 @@ def figure_7() -> FigureData:
     """Phase plane of the stop without a positioning error."""
     panel, error = _plane(2.0, "")
     lam = drive.excess(**SLOPES, speed=2.0)
-    found = f"lambda = {lam:g} <= eps = {EPSILON:g}: Delta S = {error.value:g}"
+    words = f"lambda = {lam:g} <= eps = {EPSILON:g}: Delta S = {error.value:g}"
     findings = (
-        Finding("E stays an equilibrium, no error", found, error.value == 0),
+        Finding("E stays an equilibrium, no error", words, error.value == 0),
         Finding(
             "more damping changes lambda = f(0) - fc",
             "only with the damper on the ground; on the support, as (3) and (9) have it, sigma does not enter",
@@ -172,8 +172,8 @@ def figure_8() -> FigureData:
     panel, error = _plane(2.5, "")
     lam = drive.excess(**SLOPES, speed=2.5)
     x, _ = _trajectory(**SLOPES, lam=lam)
-    found = f"lambda = {lam:g} > eps = {EPSILON:g}: Delta S = {error.value:.6f}, {x[-1] - x[0]:.6f} by the solver"
-    findings = (Finding("E is no equilibrium any more, and the slide moves on", found, error.value > 0),)
+    words = f"lambda = {lam:g} > eps = {EPSILON:g}: Delta S = {error.value:.6f}, {x[-1] - x[0]:.6f} by the solver"
+    findings = (Finding("E is no equilibrium any more, and the slide moves on", words, error.value > 0),)
     return FigureData("guida-8", f"$v = 2.5v^*$. {_values()}", (panel,), 1, findings)
 
 
@@ -185,8 +185,8 @@ def figure_9() -> FigureData:
         words = rf"{kind}: $\mu_2$ = {given['mu2']:g}, $\lambda$ = {given['lam']:g}"
         curves.append(PanelCurve(words, x, w, k))
         error = drive.positioning_error(**given)
-        found = f"type {error.type}, Delta S = {error.value:.6f}, {x[-1] - x[0]:.6f} by the solver"
-        findings.append(Finding(f"type {kind}", found, error.type == kind))
+        outcome = f"type {error.type}, Delta S = {error.value:.6f}, {x[-1] - x[0]:.6f} by the solver"
+        findings.append(Finding(f"type {kind}", outcome, error.type == kind))
     mu1 = TYPES["a"]["mu1"]
     limit = -(FC + drive.type_limit(mu1))
     marks, levels = (("$E^*$", limit), ("$-f_c$", -FC)), (("1", 1.0),)

@@ -123,14 +123,14 @@ class Readings:
     @property
     def fitting(self) -> tuple[str, ...]:
         """The interpretations that reproduce every figure of the source."""
-        return tuple(name for name, found in self.cycles.items() if found == SAID)
+        return tuple(name for name, answers in self.cycles.items() if answers == SAID)
 
     def statement(self) -> str:
         """Return as text which interpretation fits the figures of the source."""
         meaning = {"omega1": "d2 = s2, as (24) is printed", "omega2": "d2 = s2/zeta, as (23) defines s2"}
         lines = []
-        for name, found in self.cycles.items():
-            drawn = ", ".join(f"figure {f[6:]} {'vibrates' if found[f] else 'does not vibrate'}" for f in SAID)
+        for name, answers in self.cycles.items():
+            drawn = ", ".join(f"figure {f[6:]} {'vibrates' if answers[f] else 'does not vibrate'}" for f in SAID)
             lines.append(f"With {meaning[name]}, vibration lasts above fs1 = {self.threshold[name]:.6g}: {drawn}.")
         fit = " and ".join(meaning[name] for name in self.fitting) or "neither reading"
         return " ".join([*lines, f"The source's figures fit {fit}."])
@@ -180,11 +180,11 @@ def zero_edge(mu1: float, p_star: float) -> float:
 def threshold_surfaces(number: int = 41) -> tuple[Surface, ...]:
     """Return the two surfaces of figure 4, p* = -.1 and -.9."""
     mu1, mu2 = np.linspace(-1.0, 0.0, number), np.linspace(0.0, 0.98, number)
-    found = []
+    surfaces = []
     for p in (-0.1, -0.9):
         epsilon = np.array([[drive.threshold(m, b, p) for m in mu1] for b in mu2])
-        found.append(Surface(p, mu1, mu2, epsilon, np.array([zero_edge(m, p) for m in mu1])))
-    return tuple(found)
+        surfaces.append(Surface(p, mu1, mu2, epsilon, np.array([zero_edge(m, p) for m in mu1])))
+    return tuple(surfaces)
 
 
 def error_diagrams(figure: str, number: int = 60) -> tuple[ErrorDiagram, ...]:

@@ -49,8 +49,8 @@ def findings_of(name: str, study: "xr.Dataset", motions: Sequence[Motion]) -> tu
 
 def _finite(part: "xr.Dataset", name: str) -> np.ndarray:
     """Return the sizes of the ratios of a response, shape (model, motion, pga); NaN where the prototype rests."""
-    found = np.abs(part[f"ratio_{name}"].transpose("model", "motion", "pga").values)
-    return np.where(np.isfinite(found), found, np.nan)
+    sizes = np.abs(part[f"ratio_{name}"].transpose("model", "motion", "pga").values)
+    return np.where(np.isfinite(sizes), sizes, np.nan)
 
 
 def _medians(part: "xr.Dataset", name: str) -> np.ndarray:
@@ -81,11 +81,11 @@ def _similar(
     }
     shown = ", ".join(f"{WORDS[k]} {v:.1e}" for k, v in off["rounded"].items())
     steps = ", ".join(f"{WORDS[k]} {v:.0e}" for k, v in off["exact"].items())
-    found = (
+    words = (
         f"all ratios are 1 within {worst:.0e}: it is a similarity. The source's fixed steps scale along and return 1 "
         f"too, within {steps}; with the factors as they are rounded in table 1 they are off by up to {shown}"
     )
-    return (Finding(claim, found, worst < SIMILAR and max(off["exact"].values()) < SIMILAR),)
+    return (Finding(claim, words, worst < SIMILAR and max(off["exact"].values()) < SIMILAR),)
 
 
 def _size(ratio: np.ndarray) -> np.ndarray:
@@ -156,8 +156,8 @@ def _with_intensity(part: "xr.Dataset", word: str = "") -> tuple[Finding, ...]:
 def _irregular(rest: np.ndarray) -> Finding:
     steps = np.diff(rest, axis=1)
     one_way = np.all(steps > 0, axis=1) | np.all(steps < 0, axis=1)
-    found = f"medians at 1:{SCALES[-1]}: {_row(rest[-1])}; {int(one_way.sum())} of {len(rest)} scales go one way"
-    return Finding("residual DRR changes irregularly with PGA", found, not bool(np.all(one_way)))
+    words = f"medians at 1:{SCALES[-1]}: {_row(rest[-1])}; {int(one_way.sum())} of {len(rest)} scales go one way"
+    return Finding("residual DRR changes irregularly with PGA", words, not bool(np.all(one_way)))
 
 
 def _with_damping(study: "xr.Dataset") -> Finding:

@@ -66,9 +66,9 @@ def returned_by_steps(
         for i, motion in enumerate(level):
             ground[: motion.samples.size, i, k] = motion.samples
     record = np.array([m.dt for m in motions])[:, None], np.array([m.samples.size for m in motions])[:, None]
-    found = _march(ground, *record, (factors(1.0), *by), damping, _floor(profile), moved)
+    responses = _march(ground, *record, (factors(1.0), *by), damping, _floor(profile), moved)
     scale = {name: np.array([getattr(f, field) for f in by])[:, None, None] for name, field in FIELDS.items()}
-    return {name: returned_ratio(found[name][1:], found[name][:1], scale[name]) for name in FIELDS}
+    return {name: returned_ratio(responses[name][1:], responses[name][:1], scale[name]) for name in FIELDS}
 
 
 def _floor(profile: Profile) -> Callable[[np.ndarray], np.ndarray]:

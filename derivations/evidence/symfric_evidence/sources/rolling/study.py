@@ -59,12 +59,12 @@ class Model:
 
 def models(scales: Sequence[float] = SCALES) -> tuple[Model, ...]:
     """Return the prototype, and for each scale the models of tables 1 and 2 with scaled and with unscaled gravity."""
-    found = [Model("prototype", factors(1.0))]
+    built = [Model("prototype", factors(1.0))]
     for table, mass in (("table 1", None), ("table 2", MASS_OF_TABLE_2)):
         for scaled in (True, False):
             word = "scaled g" if scaled else "g"
-            found += [Model(f"{table}, 1:{L}, {word}", factors(float(L), mass=mass), scaled) for L in scales]
-    return tuple(found)
+            built += [Model(f"{table}, 1:{L}, {word}", factors(float(L), mass=mass), scaled) for L in scales]
+    return tuple(built)
 
 
 def frictions(seed: int = 19, cells: int = 81) -> dict[str, Profile]:
@@ -133,7 +133,7 @@ def rolling_study(
     sets = [scaled_set(motions, level, "g", by=by) for level in intensities]
     scale = np.array([[m.pga / raw.pga if raw.pga else 0.0 for m, raw in zip(s, motions, strict=True)] for s in sets])
     shape = len(dampings), len(profiles), len(against), len(motions), len(intensities)
-    found = {name: np.full(shape, np.nan) for name in RESPONSES}
+    responses = {name: np.full(shape, np.nan) for name in RESPONSES}
     status = np.full(shape, -1, dtype=np.int8)
     tasks = [(f, k) for f in range(len(profiles)) for k in range(len(motions))]
     floors = list(profiles.values())
@@ -146,7 +146,7 @@ def rolling_study(
                 for n in range(len(intensities)):
                     case = _values(model, C, scale[n, k], floors[f], scaled_positions)
                     at = i, f, j, k, n
-                    status[at] = _run(marchers[f], march, case, model, motions[k], found, at)
+                    status[at] = _run(marchers[f], march, case, model, motions[k], responses, at)
 
     done, size = 0, len(dampings) * len(against) * len(intensities)
     with ThreadPoolExecutor(jobs or os.cpu_count()) as pool:
@@ -156,8 +156,8 @@ def rolling_study(
             if progress is not None:
                 progress(done, size * len(tasks))
     axes = ("damping", "friction", "model", "motion", "pga")
-    data = {name: (axes, values) for name, values in found.items()} | {"status": (axes, status)}
-    data |= {f"ratio_{name}": (axes, ratio) for name, ratio in _ratios(found, against)}
+    data = {name: (axes, values) for name, values in responses.items()} | {"status": (axes, status)}
+    data |= {f"ratio_{name}": (axes, ratio) for name, ratio in _ratios(responses, against)}
     coords = {
         "damping": list(dampings),
         "friction": list(profiles),
@@ -185,7 +185,7 @@ def _run(
     case: dict[str, float],
     model: Model,
     motion: Motion,
-    found: dict[str, np.ndarray],
+    responses: dict[str, np.ndarray],
     at: tuple[int, ...],
 ) -> int:
     """Run one case and store its responses; return its status."""
@@ -195,17 +195,17 @@ def _run(
     times = {marcher.row[name]: end for name, end in ends.items()}
     status, total = march.run(p, motion.dt * time, ends["residual"], times)
     if status == 0:
-        for name, values in found.items():
+        for name, values in responses.items():
             row = total[marcher.row[name]]
             values[at] = row[2] if name in ends else max(-row[0], row[1])
     return status
 
 
-def _ratios(found: dict[str, np.ndarray], against: Sequence[Model]) -> Iterator[tuple[str, np.ndarray]]:
+def _ratios(responses: dict[str, np.ndarray], against: Sequence[Model]) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the returned ratio of every response, relative to the first model."""
     for name, field in RESPONSES.items():
         factor = np.array([getattr(m.factors, field) for m in against])[None, None, :, None, None]
-        yield name, returned_ratio(found[name], found[name][:, :, :1], factor)
+        yield name, returned_ratio(responses[name], responses[name][:, :, :1], factor)
 
 
 def synthetic_set(n: int = 20, seed: int = 19) -> tuple[Motion, ...]:

@@ -41,13 +41,13 @@ class Table3:
     ----------
     study : xarray.Dataset
         All cases.
-    found : dict of (float, str) to ndarray, shape (4, 2)
+    ranges : dict of (float, str) to ndarray, shape (4, 2)
         Smallest and largest ratio of acceleration, velocity, displacement and residual displacement, its magnitude,
         for each damping and case.
     """
 
     study: "xr.Dataset"
-    found: dict[tuple[float, str], np.ndarray]
+    ranges: dict[tuple[float, str], np.ndarray]
 
     def rows(self) -> list[Ranges]:
         """Return one row for each damping, case and response: computed and printed range."""
@@ -59,7 +59,7 @@ class Table3:
                 "computed": [float(v) for v in limits],
                 "printed": list(printed),
             }
-            for (damping, case), ranges in self.found.items()
+            for (damping, case), ranges in self.ranges.items()
             for word, limits, printed in zip(WORDS, ranges, PRINTED[damping, case], strict=True)
         ]
 
@@ -80,12 +80,12 @@ def table_3(motions: Sequence[Motion] | None = None, progress: Callable[[int, in
     """Run the study; with artificial motions unless given."""
     study = rolling_study(synthetic_set() if motions is None else motions, progress=progress)
     scaled = study.sel(model=[m for m in study.model.values if m.startswith("table 1") and m.endswith("scaled g")])
-    found = {}
+    ranges = {}
     for damping, case in PRINTED:
         part = scaled.sel(damping=damping, friction=case)
         ratios = (np.abs(part[f"ratio_{name}"].values) for name in SHOWN)
-        found[damping, case] = np.array([[np.nanmin(r), np.nanmax(r[np.isfinite(r)])] for r in ratios])
-    return Table3(study, found)
+        ranges[damping, case] = np.array([[np.nanmin(r), np.nanmax(r[np.isfinite(r)])] for r in ratios])
+    return Table3(study, ranges)
 
 
 def plot_table_3(table: Table3, axes: Any = None) -> Any:

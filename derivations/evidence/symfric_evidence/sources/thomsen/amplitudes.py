@@ -30,8 +30,8 @@ def scene_of(mu_m: float) -> Scene:
 def computed(mu_m: float, plan: SweepPlan = PLAN) -> tuple[np.ndarray, np.ndarray]:
     """Return belt speeds and the half range of the steady vibration."""
     speeds = np.linspace(plan.start, plan.stop, plan.number)
-    found = vibrations(scene_of(mu_m), "v_b", speeds, plan, lambda _fraction: None)
-    return speeds, np.array([v.half_range for v in found])
+    steady = vibrations(scene_of(mu_m), "v_b", speeds, plan, lambda _fraction: None)
+    return speeds, np.array([v.half_range for v in steady])
 
 
 def _deviation(

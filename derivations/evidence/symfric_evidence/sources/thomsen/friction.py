@@ -37,8 +37,8 @@ def figure_2() -> FigureData:
         for name, law in drawn.items()
     )
     off = float(np.max(np.abs(laws.thomsen_regularised(MU_S, MU_M, V_M, 1e-4)(v) - falling(v))))
-    found = f"(6) with v_s = 1e-4 differs from (5) by {off:.1e} at most while sliding; (6) is printed with u_s for mu_s"
-    findings = (Finding("for small v_s (6) looks as (5)", found, off < 1e-3), _no_difference())
+    words = f"(6) with v_s = 1e-4 differs from (5) by {off:.1e} at most while sliding; (6) is printed with u_s for mu_s"
+    findings = (Finding("for small v_s (6) looks as (5)", words, off < 1e-3), _no_difference())
     return FigureData("thomsen-2", r"$\mu_s$ = 0.4, $v_m$ = 0.5.", panels, 3, findings)
 
 
@@ -87,7 +87,7 @@ def _of_figure_7(falling: laws.Law, v: np.ndarray) -> tuple[Finding, ...]:
     scene = scenes.mass_on_belt(v_b=0.2)
     q = np.linspace(0.1, 1.0, 3601)
     damping = 2 * MU_S / (np.pi * q) + belt.law_coefficients(scene)[1] + 1.5 * belt.law_coefficients(scene)[2] * q**2
-    least, found = belt.least_damping_intensity(scene), float(q[np.argmin(damping)])
+    least, intensity = belt.least_damping_intensity(scene), float(q[np.argmin(damping)])
     printed = (4 / (3 * np.pi * (1 - MU_M / MU_S))) ** (1 / 3)
     larger = min(float(np.min(falling.averaged(e)(v[v > e]) - falling(v[v > e]))) for e in INTENSITIES)
     worst = max(float(np.max(np.abs(_expansion_error(falling, e)))) for e in EXPANDED)
@@ -100,8 +100,8 @@ def _of_figure_7(falling: laws.Law, v: np.ndarray) -> tuple[Finding, ...]:
         ),
         Finding(
             f"the damping at rest is least at (a Omega)^3 = 4/(3 pi (1 - mu_m/mu_s)), a Omega = {printed:.4f}",
-            f"least at {found:.4f}; v_m^3 is missing, with it {least:.4f}",
-            abs(printed - found) < 1e-3,
+            f"least at {intensity:.4f}; v_m^3 is missing, with it {least:.4f}",
+            abs(printed - intensity) < 1e-3,
         ),
         Finding(
             "the slope for |v_r| < a Omega is positive if mu_m/mu_s > 1 - sqrt(6)/pi = 0.22",

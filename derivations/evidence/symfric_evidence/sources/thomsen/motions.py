@@ -42,13 +42,13 @@ def figure_3() -> FigureData:
     findings = []
     for speed, said in SAID.items():
         scene = scenes.mass_on_belt(**{**QUIET, "v_b": speed})
-        found = vibration(scene, "x", tolerance=TOLERANCE)
-        frequency = 2 * np.pi / found.period
+        steady = vibration(scene, "x", tolerance=TOLERANCE)
+        frequency = 2 * np.pi / steady.period
         claim = f"frequency of stick-slip at v_b = {speed:g} is {said:g}"
         findings.append(Finding(claim, f"{frequency:.4f}", abs(frequency - said) < 0.005))
         if speed == min(SAID):
             words = f"sticking occupies most of the period at v_b = {speed:g}"
-            share = found.stick_fraction
+            share = steady.stick_fraction
             findings.append(Finding(words, f"{100 * share:.0f} % of it", share > 0.5))
     caption = r"$v_b$ = 0.2, $\gamma^2$ = 1, $\beta$ = 0.05, $\mu_s$ = 0.4, $\mu_m$ = 0.25, $v_m$ = 0.5; no excitation."
     return FigureData("thomsen-3", caption, _responses(QUIET, 60.0), 1, tuple(findings))
@@ -59,8 +59,8 @@ def figure_4() -> FigureData:
     t, (x, _) = motion({**SHAKEN}, 100.0)
     late = x[t > 80] + SHAKEN["a"] * np.sin(SHAKEN["Omega"] * t[t > 80])
     before = motion(QUIET, 100.0)[1][0][-800:]
-    found = f"the slow part of x keeps a range of {np.ptp(late):.1e}, against {np.ptp(before):.3f} without excitation"
-    finding = Finding("the fast excitation quenches self-excited oscillations", found, np.ptp(late) < 0.01)
+    words = f"the slow part of x keeps a range of {np.ptp(late):.1e}, against {np.ptp(before):.3f} without excitation"
+    finding = Finding("the fast excitation quenches self-excited oscillations", words, np.ptp(late) < 0.01)
     caption = r"As figure 3, with $a$ = 0.01, $\Omega$ = 50."
     return FigureData("thomsen-4", caption, _responses(SHAKEN, 60.0), 1, (finding,))
 

@@ -31,14 +31,14 @@ def bounds(beta: float) -> np.ndarray:
     """Return Omega and the lower and upper belt speed of self-excited vibration in the full model, shape (3, n)."""
     from symfric.orbits.continuation.branch import continue_cycle
 
-    found = []
+    rows = []
     for Omega in FREQUENCIES:
         scene = scene_of(beta, Omega).where({"v_b": FASTEST}).until(SETTLE)
         special = continue_cycle(scene, "v_b", (0.995 * A * Omega, FASTEST)).special
         upper = [s.value for s in special if s.kind == "neimark-sacker"]
         if upper:
-            found.append((Omega, max(s.value for s in special if s.kind == "stick-onset"), *upper))
-    return np.array(found).T
+            rows.append((Omega, max(s.value for s in special if s.kind == "stick-onset"), *upper))
+    return np.array(rows).T
 
 
 def _averaged(beta: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -73,13 +73,13 @@ def figure_9() -> FigureData:
         curves.append(
             PanelCurve(rf"(55), $\beta$ = {beta:g}", np.concatenate([Omega, Omega[::-1]]), around, k, dash=dash)
         )
-        found = bounds(beta)
-        for row, marker in zip(found[1:], ("s", "o"), strict=True):
+        limits = bounds(beta)
+        for row, marker in zip(limits[1:], ("s", "o"), strict=True):
             name = rf"full model, $\beta$ = {beta:g}"
-            curves.append(PanelCurve(name, found[0], row, k, dash="none", marker=marker))
-        exact = np.array(_limits(beta, found[0]))
-        off = np.max(np.abs(exact / found[1:] - 1))
-        at = ", ".join(f"Omega = {w:g}: {a:.5f} to {b:.5f}" for w, a, b in found.T if w in (20.0, 30.0))
+            curves.append(PanelCurve(name, limits[0], row, k, dash="none", marker=marker))
+        exact = np.array(_limits(beta, limits[0]))
+        off = np.max(np.abs(exact / limits[1:] - 1))
+        at = ", ".join(f"Omega = {w:g}: {a:.5f} to {b:.5f}" for w, a, b in limits.T if w in (20.0, 30.0))
         findings.append(
             Finding(
                 f"agreement with simulation is very good (beta = {beta:g}), within {100 * VERY_GOOD:g} %",

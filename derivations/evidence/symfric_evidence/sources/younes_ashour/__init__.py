@@ -4,7 +4,7 @@ from typing import Any
 
 from symfric_evidence.sources.panels import panels_entry
 from symfric_evidence.sources.registry import Entry, Finding, Inputs
-from symfric_evidence.sources.younes_ashour import figures
+from symfric_evidence.sources.younes_ashour import decay_figures
 from symfric_evidence.sources.younes_ashour.claims import Claim, Reading, claims, claims_table
 
 CLAIMS = "What the text claims, and which readings of it hold."
@@ -37,7 +37,7 @@ def _found(row: dict[str, Any]) -> str:
 
 
 FIGURES = {
-    **{name: panels_entry(make) for name, make in figures.FIGURES.items()},
+    **{name: panels_entry(make) for name, make in decay_figures.FIGURES.items()},
     "younes-claims": Entry(CLAIMS, _table, text=_text, plain=list, findings=_findings),
 }
 

@@ -9,8 +9,8 @@ import numpy as np
 from symfric.model import laws
 from symfric.report.study.data import plain
 from symfric.theory.transient import averaged_decay_time, half_cycles
+from symfric_evidence.sources.younes_ashour.decay_figures import FREQUENCIES, RIG, RODS
 from symfric_evidence.sources.younes_ashour.decays import FALLING, GRAVITY, LAWS, PRINTED, START, decay, start_of
-from symfric_evidence.sources.younes_ashour.figures import FREQUENCIES, RIG, RODS
 
 Evidence = tuple[bool | None, dict[str, float]]
 
@@ -53,12 +53,12 @@ class Claim:
     @property
     def verdict(self) -> str:
         """'true', 'false', 'true only under a stated reading', 'so in the model', 'not so in the model', ..."""
-        found = {r.holds for r in self.readings} - {None}
-        if not found:
+        held = {r.holds for r in self.readings} - {None}
+        if not held:
             return "not testable"
         if self.measured:
-            return "partly so in the model" if len(found) == 2 else f"{'' if True in found else 'not '}so in the model"
-        return "true only under a stated reading" if len(found) == 2 else "true" if True in found else "false"
+            return "partly so in the model" if len(held) == 2 else f"{'' if True in held else 'not '}so in the model"
+        return "true only under a stated reading" if len(held) == 2 else "true" if True in held else "false"
 
 
 def claims() -> tuple[Claim, ...]:
@@ -69,7 +69,7 @@ def claims() -> tuple[Claim, ...]:
     )
 
 
-def claims_table(found: tuple[Claim, ...] | None = None) -> list[dict[str, object]]:
+def claims_table(judged: tuple[Claim, ...] | None = None) -> list[dict[str, object]]:
     """Return one row for each reading of each claim, plain data for JSON or CSV."""
     rows: list[dict[str, object]] = plain(
         [
@@ -82,7 +82,7 @@ def claims_table(found: tuple[Claim, ...] | None = None) -> list[dict[str, objec
                 "holds": reading.holds,
                 "evidence": dict(reading.evidence),
             }
-            for claim in (claims() if found is None else found)
+            for claim in (claims() if judged is None else judged)
             for reading in claim.readings
         ]
     )
@@ -117,8 +117,8 @@ def _rate() -> Evidence:
 
 
 def _one_cycle(law: str, x0: float = START) -> Evidence:
-    found = decay(law, f_n=3.5, mu_m=0.1, x0=x0)
-    return found.half_cycles <= 2, {"half cycles": found.half_cycles, "closest margin": found.closest}
+    motion = decay(law, f_n=3.5, mu_m=0.1, x0=x0)
+    return motion.half_cycles <= 2, {"half cycles": motion.half_cycles, "closest margin": motion.closest}
 
 
 def _one_cycle_constant() -> Evidence:

@@ -74,11 +74,11 @@ def figure_2(_inputs: Inputs) -> FigureData:
             continue
         edges, values = map(np.asarray, profile)
         curves.append(PanelCurve(name, np.repeat(edges, 2)[1:-1], np.repeat(values, 2), k))
-        found = f"mean {values.mean():.6f}, deviation {values.std():.6f}, {values.min():.4f} to {values.max():.4f}"
+        words = f"mean {values.mean():.6f}, deviation {values.std():.6f}, {values.min():.4f} to {values.max():.4f}"
         deviation, reach = {1: (0.000815, 0.001), 2: (0.002355, 0.004)}[k]
         off = max(abs(values.mean() - 0.005), abs(values.std() - deviation), np.max(np.abs(values - 0.005)) - reach)
         claim = f"{name}: mean 0.005, deviation {deviation:g} within {reach:g}"
-        findings.append(Finding(claim, found, bool(off < 1e-12)))
+        findings.append(Finding(claim, words, bool(off < 1e-12)))
     findings.append(Finding("floors of cases 2 and 3", "neither cells nor draw are printed: 81 cells of 4 m, by seed"))
     panel = Panel("", "position $u$ [m]", r"$\mu$", tuple(curves), x_range=(-2, 2), y_range=(0, 0.011))
     return FigureData("rolling-2", "Coefficient of rolling friction over the floor.", (panel,), 1, tuple(findings))
@@ -137,25 +137,25 @@ def _ratio_panel(ratio: "xr.DataArray", title: str) -> Panel:
     """Return the ratios of all motions against the intensity: a column of points for each model, and its median."""
     curves = []
     for k, model in enumerate(ratio.model.values):
-        found = np.abs(ratio.sel(model=model).values)  # motion, pga
+        sizes = np.abs(ratio.sel(model=model).values)  # motion, pga
         x = ratio.pga.values + 0.012 * (k - 2.5)
         name = model.split(", ")[1]
         curves.append(
-            PanelCurve("", np.broadcast_to(x, found.shape).ravel(), found.ravel(), k, dash="none", marker=".")
+            PanelCurve("", np.broadcast_to(x, sizes.shape).ravel(), sizes.ravel(), k, dash="none", marker=".")
         )
-        curves.append(PanelCurve(name, x, np.nanmedian(found, axis=0), k))
+        curves.append(PanelCurve(name, x, np.nanmedian(sizes, axis=0), k))
     off = np.nanmax(np.abs(np.abs(ratio.values) - 1))
     return Panel(title, PGA, RATIO, tuple(curves), y_range=(0.9, 1.1) if off < 0.05 else None, levels=(("", 1.0),))
 
 
 def scale_table(number: int) -> tuple[str, list[dict[str, object]], float]:
     """Return table 1 or 2 as text and as rows, and by how many units of its last digit the print is off at most."""
-    found = [factors(float(L), mass=None if number == 1 else MASS_OF_TABLE_2) for L in SCALES]
+    factors_of = [factors(float(L), mass=None if number == 1 else MASS_OF_TABLE_2) for L in SCALES]
     head = f"{'quantity':20}" + "".join(f"{f'1:{L}':>11}" for L in SCALES)
     rows: list[dict[str, object]] = []
     lines, off = [head], 0.0
-    for name in found[0].to_dict():
-        values = [getattr(f, name) for f in found]
+    for name in factors_of[0].to_dict():
+        values = [getattr(f, name) for f in factors_of]
         lines.append(f"{name:20}" + "".join(f"{v:11.4g}" for v in values))
         rows.append({"quantity": name, "values": [float(v) for v in values]})
         printed = ROWS.get(name)
@@ -167,22 +167,22 @@ def scale_table(number: int) -> tuple[str, list[dict[str, object]], float]:
     return "\n".join(lines) + "\n", rows, off
 
 
-def _table_findings(found: tuple[str, list[dict[str, object]], float]) -> tuple[Finding, ...]:
+def _table_findings(table: tuple[str, list[dict[str, object]], float]) -> tuple[Finding, ...]:
     return (
         Finding(
-            "the factors as printed", f"off by at most {found[2]:.1f} units of the last printed digit", found[2] < 1.01
+            "the factors as printed", f"off by at most {table[2]:.1f} units of the last printed digit", table[2] < 1.01
         ),
     )
 
 
 def _table_3_findings(table: Table3) -> tuple[Finding, ...]:
     claim = "the range of RR becomes less with the damping constant C"
-    widths = {k: np.ptp(v, axis=1) for k, v in table.found.items()}
+    widths = {k: np.ptp(v, axis=1) for k, v in table.ranges.items()}
     said = {k: np.ptp(np.array(v), axis=1) for k, v in PRINTED.items()}
     cases = ("case 2", "case 3")
-    found, printed = (sum(int(np.sum(w[2e5, c] < w[1e5, c])) for c in cases) for w in (widths, said))
-    words = f"{found} of 8 ranges computed here become less, {printed} of the 8 printed ones"
-    return (Finding(claim, words, found == 8),)
+    computed, printed = (sum(int(np.sum(w[2e5, c] < w[1e5, c])) for c in cases) for w in (widths, said))
+    words = f"{computed} of 8 ranges computed here become less, {printed} of the 8 printed ones"
+    return (Finding(claim, words, computed == 8),)
 
 
 def _scale_entry(number: int) -> Entry[Any]:
@@ -194,8 +194,8 @@ def _scale_entry(number: int) -> Entry[Any]:
     return Entry(
         caption,
         lambda _inputs: scale_table(number),
-        text=lambda found: found[0],
-        plain=lambda found: found[1],
+        text=lambda table: table[0],
+        plain=lambda table: table[1],
         findings=_table_findings,
     )
 

@@ -15,7 +15,7 @@ LAGS = 30
 def record_pictures(fit: Fit, name: str) -> list[Picture]:
     """Draw record and fit, the residuals, their autocorrelation and their distribution."""
     t, y = fit.records[name]
-    rest, found = fit.residuals[name], fit.diagnostics[name]
+    rest, diagnostics = fit.residuals[name], fit.diagnostics[name]
     ax = new_axes()
     ax.plot(t, y, ".", color=GREY, markersize=3, label="measured")
     ax.plot(t, fit.predictions[name], color=BLUE, linewidth=1.1, label="fitted scene")
@@ -27,7 +27,7 @@ def record_pictures(fit: Fit, name: str) -> list[Picture]:
     below.axhline(0.0, color=GREY, linewidth=0.8)
     below.set_xlabel("t")
     below.set_ylabel(f"residual of {name}")
-    fact = f"root mean square {found.rms:.4g}"
+    fact = f"root mean square {diagnostics.rms:.4g}"
     return [
         Picture(to_svg(tidy(ax)), f"Record {name} and the fitted scene against time", f"Record {name} and the fit."),
         Picture(to_svg(tidy(below)), f"Residuals of {name}, {fact}", f"Residuals: {fact}."),

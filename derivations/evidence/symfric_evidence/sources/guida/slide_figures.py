@@ -30,14 +30,14 @@ def _legend_above(axes: np.ndarray, columns: int) -> None:
 def plot_stability_maps(maps: Sequence[slides.StabilityMap], axes: Any = None) -> Any:
     """Draw mu2 against eps_crit, one panel for each p*; stick-slip lies below and to the right of a curve."""
     axes = panels(4, 2, (8.0, 11.0)) if axes is None else axes
-    for ax, found in zip(axes.flat, maps, strict=True):
-        for (mu1, (mu2, epsilon)), colour in zip(found.curves.items(), COLOURS, strict=False):
+    for ax, stability_map in zip(axes.flat, maps, strict=True):
+        for (mu1, (mu2, epsilon)), colour in zip(stability_map.curves.items(), COLOURS, strict=False):
             ax.plot(np.where(epsilon > 0, epsilon, np.nan), mu2, color=colour, label=rf"$\mu_1 = {mu1:g}$")
         ax.set(xscale="log", yscale="log", xlim=(0.1, 100), ylim=(0.05, 1.0))
         _plain_ticks(ax.xaxis, (0.1, 1, 10, 100))
         _plain_ticks(ax.yaxis, (0.05, 0.1, 0.2, 0.5, 1))
         ax.grid(True, color="0.9", linewidth=0.8)
-        ax.set_title(rf"$p^* = {found.p_star:g}$", fontsize=10)
+        ax.set_title(rf"$p^* = {stability_map.p_star:g}$", fontsize=10)
     for ax in axes[-1]:
         ax.set_xlabel(r"$\epsilon = (F_{as} - F_{ac})/(m\,\omega_n v^*)$")
     for ax in axes[:, 0]:
@@ -56,14 +56,14 @@ def _plain_ticks(axis: Any, places: Sequence[float]) -> None:
 def plot_surfaces(surfaces: Sequence[slides.Surface], axes: Any = None) -> Any:
     """Draw lines of equal eps_crit over both slopes, one panel for each p*; below the grey edge it is 0."""
     axes = panels(1, 2, (9.0, 4.4)) if axes is None else axes
-    for ax, found in zip(axes.flat, surfaces, strict=True):
-        square = found.epsilon**2  # linear near the edge, so that linear interpolation is accurate
-        levels = [e for e in (1.0, 3.0, 10.0, 30.0, 100.0, 1000.0) if np.mean(found.epsilon < e) > 0.06]
-        ax.fill_between(found.mu1, 0, found.edge, color="0.85", linewidth=0, label="any difference will do")
-        lines = ax.contour(found.mu1, found.mu2, square, [e**2 for e in levels], cmap="viridis", norm="log")
+    for ax, surface in zip(axes.flat, surfaces, strict=True):
+        square = surface.epsilon**2  # linear near the edge, so that linear interpolation is accurate
+        levels = [e for e in (1.0, 3.0, 10.0, 30.0, 100.0, 1000.0) if np.mean(surface.epsilon < e) > 0.06]
+        ax.fill_between(surface.mu1, 0, surface.edge, color="0.85", linewidth=0, label="any difference will do")
+        lines = ax.contour(surface.mu1, surface.mu2, square, [e**2 for e in levels], cmap="viridis", norm="log")
         ax.clabel(lines, fmt={e**2: f"{e:g}" for e in levels}, fontsize=8)
-        ax.set(xlabel=r"$\mu_1$", ylabel=r"$\mu_2$", title=rf"$\epsilon_\mathrm{{crit}}$ at $p^* = {found.p_star:g}$")
-        ax.set(xlim=(found.mu1[0], found.mu1[-1]), ylim=(0, found.mu2[-1]))
+        ax.set(xlabel=r"$\mu_1$", ylabel=r"$\mu_2$", title=rf"$\epsilon_\mathrm{{crit}}$ at $p^* = {surface.p_star:g}$")
+        ax.set(xlim=(surface.mu1[0], surface.mu1[-1]), ylim=(0, surface.mu2[-1]))
     legend_below(axes)
     return axes
 
@@ -71,12 +71,12 @@ def plot_surfaces(surfaces: Sequence[slides.Surface], axes: Any = None) -> Any:
 def plot_errors(diagrams: Sequence[slides.ErrorDiagram], axes: Any = None) -> Any:
     """Draw Delta S_lambda against lambda, one panel for each mu1; a dashed line where type a ends."""
     axes = panels(2, 2, (8.5, 7.2)) if axes is None else axes
-    for ax, found in zip(axes.flat, diagrams, strict=True):
-        for (mu2, error), colour, dash in zip(found.error.items(), COLOURS, CLOSE, strict=False):
-            ax.plot(found.lam, error, color=colour, linestyle=dash, label=rf"$\mu_2 = {mu2:g}$")
-        if found.limit > 0:
-            ax.axvline(found.limit, color=GREY, linewidth=0.9, linestyle=DASHED)
-        ax.set(xlim=(0, found.lam[-1]), ylim=(0, None), title=rf"$\mu_1 = {found.mu1:g}$")
+    for ax, diagram in zip(axes.flat, diagrams, strict=True):
+        for (mu2, error), colour, dash in zip(diagram.error.items(), COLOURS, CLOSE, strict=False):
+            ax.plot(diagram.lam, error, color=colour, linestyle=dash, label=rf"$\mu_2 = {mu2:g}$")
+        if diagram.limit > 0:
+            ax.axvline(diagram.limit, color=GREY, linewidth=0.9, linestyle=DASHED)
+        ax.set(xlim=(0, diagram.lam[-1]), ylim=(0, None), title=rf"$\mu_1 = {diagram.mu1:g}$")
         tidy(ax)
     for ax in axes[-1]:
         ax.set_xlabel(r"$\lambda$")
@@ -117,19 +117,19 @@ def plot_slides_motion(motion: slides.SlidesMotion, axes: Any = None) -> Any:
     return axes
 
 
-def plot_readings(found: slides.Readings, axes: Any = None) -> Any:
+def plot_readings(readings: slides.Readings, axes: Any = None) -> Any:
     """Draw the smallest fs1 with a cycle against s2 for both interpretations, and the cases of the source."""
     ax = new_axes(WIDE) if axes is None else axes
     words = {"omega1": r"$d_2 = s_2$, (24) as printed", "omega2": r"$d_2 = s_2/\zeta$, (23) as printed"}
-    for (name, fs1), colour in zip(found.fs1.items(), (BLUE, ORANGE), strict=True):
+    for (name, fs1), colour in zip(readings.fs1.items(), (BLUE, ORANGE), strict=True):
         ax.plot(
-            found.s2, np.where(np.isfinite(fs1), fs1, np.nan), color=colour, label=f"least $f_{{s1}}$: {words[name]}"
+            readings.s2, np.where(np.isfinite(fs1), fs1, np.nan), color=colour, label=f"least $f_{{s1}}$: {words[name]}"
         )
     for figure, lasting in slides.SAID.items():
         values = {**slides.PAIR, **slides.MOTIONS[figure][0]}
         drawn = f"source's figure {figure[6:]}: {'vibration' if lasting else 'no vibration'}"
         ax.plot(values["s2"], values["fs1"], "o", color=RED if lasting else "black", label=drawn, markersize=5)
-    ax.set(xscale="log", xlim=(found.s2[0], found.s2[-1]), xlabel=r"$s_2$", ylabel=r"$f_{s1}$")
+    ax.set(xscale="log", xlim=(readings.s2[0], readings.s2[-1]), xlabel=r"$s_2$", ylabel=r"$f_{s1}$")
     _plain_ticks(ax.xaxis, (0.05, 0.1, 0.2, 0.5, 1, 2))
     ax.grid(True, color="0.9", linewidth=0.8)
     legend_below(ax)
@@ -223,8 +223,8 @@ def _of_errors(diagrams: Sequence[slides.ErrorDiagram]) -> tuple[Finding, ...]:
 def _steps_with_mu1(diagrams: Sequence[slides.ErrorDiagram]) -> float:
     """Return by how much the errors of the diagrams rise at least from each mu1 to the next lower one."""
     ordered = sorted(diagrams, key=lambda d: -d.mu1)
-    found = np.array([list(d.error.values()) for d in ordered])
-    return float(np.min(np.diff(found, axis=0)))
+    errors = np.array([list(d.error.values()) for d in ordered])
+    return float(np.min(np.diff(errors, axis=0)))
 
 
 def _at_speed(mu1: float, speed: float) -> list[float]:
@@ -248,24 +248,24 @@ def _stopped(mu1: float, mu2: float, lam: float) -> float:
 def _of_motion(name: str, motion: slides.SlidesMotion) -> tuple[Finding, ...]:
     late = motion.t > motion.t[0] + 0.6 * (motion.t[-1] - motion.t[0])
     sticking = bool(motion.sticking[late].any())
-    found = "it goes on sticking and slipping" if sticking else "it slides steadily"
+    seen = "it goes on sticking and slipping" if sticking else "it slides steadily"
     if name in slides.SAID:
         said = slides.SAID[name]
-        return (Finding("the slides vibrate" if said else "no vibration", f"{found}, with d2 = s2", sticking == said),)
+        return (Finding("the slides vibrate" if said else "no vibration", f"{seen}, with d2 = s2", sticking == said),)
     caption = slides.slides_cycle_of({"s1": 1.3, "s2": 0.3, "fs1": 7.4})
     return (
         Finding(
             "vibration with s2 = 1.3, of the text; the caption's s1 = 1.3, s2 = 0.3 decays",
-            f"{found}; with the caption's values cycles exist above fs1 = {caption:.4g} only, and fs1 is 7.4",
+            f"{seen}; with the caption's values cycles exist above fs1 = {caption:.4g} only, and fs1 is 7.4",
             sticking and caption > 7.4,
         ),
     )
 
 
-def _of_readings(found: slides.Readings) -> tuple[Finding, ...]:
-    thresholds = list(found.threshold.values())
+def _of_readings(readings: slides.Readings) -> tuple[Finding, ...]:
+    thresholds = list(readings.threshold.values())
     same = abs(thresholds[0] - thresholds[1]) < 1e-9 * thresholds[0]
-    return (Finding("s2 has one meaning in (23) and (24)", found.statement(), same),)
+    return (Finding("s2 has one meaning in (23) and (24)", readings.statement(), same),)
 
 
 def _of_gap(gap: slides.StabilityGap) -> tuple[Finding, ...]:

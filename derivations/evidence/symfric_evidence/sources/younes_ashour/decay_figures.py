@@ -59,16 +59,16 @@ def figure_5() -> FigureData:
     friction = np.geomspace(0.02, 0.3, POINTS)
 
     def curves(law: str) -> list[PanelCurve]:
-        found = [
+        drawn = [
             _curve(f"{f:g} Hz", friction, decays(law, "mu_m", friction, f_n=f), "time", k)
             for k, f in enumerate(FREQUENCIES)
         ]
         if law == FALLING:
-            found += [
+            drawn += [
                 _averaged(friction, [averaged_decay_time(f, mu) for mu in friction], k)
                 for k, f in enumerate(FREQUENCIES)
             ]
-        return found
+        return drawn
 
     caption = f"Decay time without damping; {ASSUMED}."
     return FigureData("younes-5", caption, _by_law(curves, r"$\mu_m$", DECAY_TIME, log="both"))
@@ -79,14 +79,14 @@ def figure_6() -> FigureData:
     energy = np.linspace(0.004, 0.2, POINTS)
 
     def curves(law: str) -> list[PanelCurve]:
-        found = []
+        drawn = []
         for k, f, impulse in ((k, f, i) for k, f in enumerate((3.5, 10.0, 20.0)) for i in (False, True)):
             word, fixed = ("impulse", {"x0": 0.0}) if impulse else ("displacement", {"v0": 0.0})
             starts = start_of(energy, f_n=f, m=0.5, impulse=impulse)
             runs = decays(law, "v0" if impulse else "x0", starts, f_n=f, mu_m=0.1, **fixed)
             curve = _curve(f"{f:g} Hz, {word}", energy, runs, "time", k)
-            found.append(replace(curve, dash="dashed") if impulse else curve)
-        return found
+            drawn.append(replace(curve, dash="dashed") if impulse else curve)
+        return drawn
 
     caption = rf"Decay time without damping, $\mu_m$ = 0.1, m = 0.5 kg; {ASSUMED.split(', start')[0]}."
     return FigureData("younes-6", caption, _by_law(curves, ENERGY, DECAY_TIME))
@@ -134,9 +134,9 @@ def _records(number: str, name: str) -> FigureData:
     claim, agrees = "steel takes more cycles than aluminium", np.greater(counts["steel"], counts["aluminium"]).all()
     if name == "aluminium":
         claim, agrees = "a small displacement comes to rest after one cycle", counts[name][-1] <= 2
-    found = f"about measured records, {'so' if agrees else 'not so'} in the model: {'; '.join(shown)}"
+    words = f"about measured records, {'so' if agrees else 'not so'} in the model: {'; '.join(shown)}"
     caption = rf"{name.capitalize()} rod, $\mu_m$ = {rod['mu_m']:g}, {rod['m']:g} kg, 5.3 Hz, $\zeta$ = 0.009, N = m g."
-    return FigureData(f"younes-{number}", caption, tuple(panels), 2, (Finding(claim, found, True if agrees else None),))
+    return FigureData(f"younes-{number}", caption, tuple(panels), 2, (Finding(claim, words, True if agrees else None),))
 
 
 def _acceleration(run: Run, law: str, t: np.ndarray, mu_m: float) -> np.ndarray:
@@ -152,15 +152,15 @@ def figure_10() -> FigureData:
     energy = np.linspace(0.002, 0.1, POINTS)
 
     def curves(law: str) -> list[PanelCurve]:
-        found = []
+        drawn = []
         for k, (name, rod) in enumerate(RODS.items()):
             starts = start_of(energy, f_n=RIG["f_n"], m=rod["m"])
             label = rf"{name}, $\mu_m$ = {rod['mu_m']:g}"
-            found.append(_curve(label, energy, decays(law, "x0", starts, **RIG, **rod), "time", k))
+            drawn.append(_curve(label, energy, decays(law, "x0", starts, **RIG, **rod), "time", k))
             if law == FALLING:
                 smooth = [averaged_decay_time(mu_m=rod["mu_m"], x0=x0, **RIG) for x0 in starts]
-                found.append(_averaged(energy, smooth, k))
-        return found
+                drawn.append(_averaged(energy, smooth, k))
+        return drawn
 
     caption = r"Rods at 5.3 Hz, $\zeta$ = 0.009, $\mu_m$ and masses of the source, N = m g; the source shows records."
     return FigureData("younes-10", caption, _by_law(curves, ENERGY, DECAY_TIME))
