@@ -246,7 +246,7 @@ def test_a_sampled_pd_against_rational_arithmetic():
     assert sf.simulate(scene, 1e-14).final[0] == pytest.approx(0.0795605201999225, abs=1e-14)
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_kicks_move_a_body_that_sticks")
 def test_random_kicks_stick_as_often_as_a_queue_is_empty():
     rate, mean, kicks = 0.8, 0.6, 2560
     rng = np.random.default_rng(5)

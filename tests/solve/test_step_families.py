@@ -38,7 +38,7 @@ def scene(kind, numbers, horizon, start):
     return sf.Scene(system, contacts(kind, belt, load), {}, start, horizon, {"end": sf.End()})
 
 
-@pytest.mark.long
+@pytest.mark.one_in(24)
 @pytest.mark.parametrize("kind", LAWS)
 @pytest.mark.parametrize("seed", range(8))
 def test_random_steps_are_restarts(kind, seed):
@@ -60,7 +60,7 @@ def test_random_steps_are_restarts(kind, seed):
     assert np.max(np.abs(run.final - list(state.values()))) < 1e-10
 
 
-@pytest.mark.long
+@pytest.mark.long(beside="test_random_steps_are_restarts")
 def test_pulses_with_a_share_as_parameter():
     d = sp.Symbol("d", positive=True)
     pulse = sp.Piecewise((1, sp.Mod(sf.TIME, 1) < d), (0, True))

@@ -1,5 +1,6 @@
 """One cheap call of every public function; ``CALLS[name](k)`` for a few different k."""
 
+import control
 import numpy as np
 import scipy.stats
 import sympy as sp
@@ -95,6 +96,10 @@ MODEL = {
     "slip": lambda k: sf.slip("belt"),
     "mechanics.lagrange": lagrange,
     "patched_floor": lambda k: sf.patched_floor(4.0, 9, 0.01, 0.002, seed=k),
+    "control.pid": lambda k: str(sf.control.pid(X, 0, 1 + k, 1, 0.5, every=0.1, limits=(-1, 1))),
+    "control.state_feedback": lambda k: str(sf.control.state_feedback([X, U], [1.0, 2.0 + k], every=0.1)),
+    "control.friction_compensation": lambda k: str(sf.control.friction_compensation(U, 0.3 + 0.1 * k, every=0.1)),
+    "control.discrete": lambda k: str(sf.control.discrete(control.ss(0.9, 0.1, 1.0 + k, 0.0, dt=0.1), [X])),
     "laws.coulomb": lambda k: sf.laws.coulomb(0.4, 0.3 - 0.01 * k)(0.5),
     "laws.lorentz": lambda k: sf.laws.lorentz(0.3, 0.1 + 0.01 * k, 0.4).averaged(0.2)(np.linspace(0.1, 1, 5)),
     "laws.gauss": lambda k: sf.laws.gauss(0.3, 0.1, 0.4)(0.1 * k),
