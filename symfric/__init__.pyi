@@ -23,7 +23,7 @@ from .identification.identify import identify as identify
 from .identification.loops import fit_loop as fit_loop
 from .identification.profile import Profile as Profile
 from .model import control as control, laws as laws, mechanics as mechanics, scenes as scenes
-from .model.held import Held as Held, Reset as Reset
+from .model.held import Held as Held
 from .model.laws import Law as Law
 from .model.outputs import (
     At as At,
@@ -41,6 +41,7 @@ from .model.outputs import (
     slip as slip,
     stored_energy as stored_energy,
 )
+from .model.resets import Reset as Reset
 from .model.scene import Scene as Scene
 from .model.scenes.isolator import patched_floor as patched_floor
 from .model.symbols import SPEED as SPEED, TIME as TIME

@@ -16,7 +16,7 @@ from docs.pages.files import put
 from symfric import fields
 from symfric.design import plan
 from symfric.design.plans import PLANS
-from symfric.scenefile import contact_tables, schema, structure_tables
+from symfric.scenefile import contact_tables, held, schema, structure_tables
 
 WORDS = {  # annotated types: what one writes
     fields.Number: "number",
@@ -37,6 +37,7 @@ WORDS = {  # annotated types: what one writes
     structure_tables.Points: "name, list of names, or table of name = row",
     structure_tables.Matrices: "path, or table `[scene.structure]`",
 }
+TABLES = ("scene", "friction", "held", "reset", "sweep", "flutter", "design", "identify")  # with places of their own
 PLACES = (
     ("", schema.Document),
     ("scene", schema.ReadyScene),
@@ -45,6 +46,8 @@ PLACES = (
     ("scene.structure", structure_tables.Source),
     ("friction", contact_tables.FrictionTable),
     ("friction", contact_tables.RowFriction),
+    ("held.NAME", held.HeldTable),
+    ("reset", held.ResetTable),
     ("sweep", schema.Sweep),
     ("flutter", structure_tables.FlutterTable),
     ("identify", schema.Identify),
@@ -87,7 +90,7 @@ def _rows(place: str, section: type) -> list[str]:
         path = f"{place}.{key}" if place else key
         if name not in said:
             raise KeyError(f"{section.__name__}.{name} has no meaning; add it to the Attributes of its class")
-        if not (place == "" and (inner or name in ("scene", "friction", "sweep", "flutter", "design", "identify"))):
+        if not (place == "" and (inner or name in TABLES)):
             kind = f"table `[{path}]`" if inner else _kind(hints[name])
             rows.append(f"| `{path}` | {kind}{_default(field)} | {said[name]} |")
             if inner and name not in ("motion", "structure"):

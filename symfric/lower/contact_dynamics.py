@@ -165,7 +165,7 @@ class ContactDynamics:
         found = cls(scene.system, scene.contacts, scene.parameters, tuple(scene.inputs), constants)
         found.horizon = scene.horizon
         if scene.clocks:
-            found.springs.append(Clocks.of(scene, found._print.symbols, found.constants, found.t))
+            found.springs.append(Clocks.of(scene, found._print.symbols, found.constants, found.t, found.read))
         return found
 
     def copy(self) -> "ContactDynamics":

@@ -70,12 +70,17 @@ class OtherContact:
         Their numbers.
     clocks : bool
         Whether these are clocks, which come last, and whose events are none of contacts.
+    crossings, resets : int
+        How many of the last guards are those of crossings, see `symfric.lower.crossings`, whose sides are the last
+        variables; and how many of the last ones are those of resets.
     """
 
     name: str
     variables: int
     guards: int
     clocks: bool = False
+    crossings: int = 0
+    resets: int = 0
 
 
 @dataclass(frozen=True)
@@ -126,6 +131,16 @@ class ModeLayout:
     def first_clock(self) -> int:
         """Index of the first guard of clocks; the number of guards without them."""
         return self.n_guards - sum(c.guards for c in self.others if c.clocks)
+
+    @property
+    def first_crossing(self) -> int:
+        """Index of the first guard of crossings; the number of guards without them."""
+        return self.n_guards - sum(c.crossings for c in self.others)
+
+    @property
+    def first_reset(self) -> int:
+        """Index of the first guard of the crossings of resets; the number of guards without them."""
+        return self.n_guards - sum(c.resets for c in self.others)
 
     @property
     def other_guards(self) -> list[tuple[int, int]]:

@@ -36,11 +36,13 @@ class Variations:
         Its states are ``[y; V_1; V_2; ...]``, its rows those of the original and then the derivatives, at a fixed time,
         of the first ones that are followed, row by row, one for each direction.
     jump : casadi.Function
-        ``([y; V; t], [p; m_before; m_after; hit]) -> (V, tau, rows, slope, mismatch, slip)`` with the flags of the
-        guards that were hit: the derivatives after the event; those of its time, (n_s,); what it adds to those of the
-        integrals of the rows followed, (n_f, n_s), row by row; the rate of every guard before the event and by how much
-        (relative) its own time moves otherwise than tau; the derivatives of the slips before they are held, (n_c, n_s),
-        row by row; how far (relative) a direction moves the state off the edge of each switch at which a load jumps.
+        ``([y; V; t], [p; m_before; m_after; hit; given]) -> (V, tau, rows, slope, mismatch, slip)`` with the flags of
+        the guards that were hit: the derivatives after the event; those of its time, (n_s,); what it adds to those of
+        the integrals of the rows followed, (n_f, n_s), row by row; the rate of every guard before the event and by how
+        much (relative) its own time moves otherwise than tau; the derivatives of the slips before they are held, (n_c,
+        n_s), row by row; how far (relative) a direction moves the state off the edge of each switch at which a load
+        jumps. If there are crossings, `given` is [1; tau] where the derivatives of the time are those of an event
+        before, which made a guard jump across zero, and zero otherwise.
     start : casadi.Function
         ``p -> V(0)``, all columns.
     directions : tuple of str
@@ -167,6 +169,9 @@ def _jump(
     first = ca.vertcat(*firsts) if firsts else ca.SX(0, 1)
     divisor = ca.dot(first, slope) if n_g else ca.SX(0)
     tau = ca.if_else(any_before > 0.5, -(first.T @ gain) / divisor, 0) if n_g else ca.SX.zeros(1, V.shape[1])
+    given = ca.SX.sym("given", 1 + V.shape[1] + W.shape[1] if layout.first_crossing < n_g else 0)
+    if given.numel():
+        tau = ca.if_else(given[0] > 0.5, given[1 : 1 + V.shape[1]].T, tau)
     moved = along(then) + (ca.jtimes(then, y, rate) + ca.jacobian(then, t) - next_rate) @ tau
     jumps = (rows - next_rows)[:followed] @ tau
     both = slope @ tau
@@ -182,7 +187,7 @@ def _jump(
         for k in range(V.shape[1]):
             moved[u, k] += hold(J, back, rest, slips[:, k], stick, tested=False)[1]
     state = ca.vertcat(y, ca.vec(V), ca.vec(W), t)
-    data = ca.vertcat(p, before, after, hit)
+    data = ca.vertcat(p, before, after, hit, given)
     n_w = W.shape[1]  # zero for columns without second derivatives
     tau = ca.vertcat(tau.T, ca.SX.zeros(n_w))
     jumps, slips = (ca.horzcat(e, ca.SX.zeros(e.shape[0], n_w)) for e in (jumps, slips))

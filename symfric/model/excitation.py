@@ -136,7 +136,7 @@ def excitation_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Excitat
             )
         except SceneError as reason:
             return Excitation(note=str(reason))
-    for part in scene.clocks:
+    for part in scene.timed:
         if part.every is None:
             return Excitation(note="states are reset at given times: the scene has no period")
         first = sp.sympify(part.offset - part.every).subs({s: v for s, v in scene.values.items() if v is not None})
@@ -180,13 +180,14 @@ def forcing_period(scene: Scene, varied: frozenset[str] = frozenset()) -> float 
 @alone(SYMBOLIC)
 def is_excited(scene: Scene, varied: frozenset[str] = frozenset()) -> bool:
     """Return whether time or a sampled input enters the equations; terms with a factor that is zero do not count."""
-    return bool(scene.inputs or scene.clocks) or next(_of_time(scene, varied), None) is not None
+    return bool(scene.inputs or scene.timed) or next(_of_time(scene, varied), None) is not None
 
 
 def _of_time(scene: Scene, varied: frozenset[str]) -> Iterator[tuple[sp.Expr, sp.Expr]]:
     """Yield the expressions of a scene that depend on time: as written, and with zero parameters inserted."""
     contacts = (e for c in scene.contacts for e in (c.slip, c.normal, c.profile, *c.law.expressions))
-    timed = [e for e in map(sp.sympify, (*scene.system.expressions, *contacts)) if TIME in e.free_symbols]
+    everything = (*scene.system.expressions, *contacts, *scene.clocked)
+    timed = [e for e in map(sp.sympify, everything) if TIME in e.free_symbols]
     zero = vanishing(scene, varied) if timed else {}
     for e in timed:
         reduced = e.xreplace(dict(zero))
@@ -296,7 +297,7 @@ def _simple(ratio: float) -> Fraction | None:
 def later(scene: Scene, time: float) -> Scene:
     """Shift the excitation in time: at t = 0 it is that of the given scene at the given time."""
     numbers = {s: v for s, v in scene.values.items() if v is not None}
-    for period in (part.every for part in scene.clocks):
+    for period in (part.every for part in scene.timed):
         shifts = np.nan if period is None else time / float(sp.sympify(period).subs(numbers))
         if not abs(shifts - round(shifts) if np.isfinite(shifts) else np.inf) <= _ALIKE * abs(shifts):
             raise SceneError("the clocks of held variables and resets start again after whole periods only")
@@ -318,4 +319,6 @@ def later(scene: Scene, time: float) -> Scene:
         for c in scene.contacts
     )
     inputs = {s: replace(signal, t0=signal.t0 - time) for s, signal in scene.inputs.items()}
-    return replace(scene, system=moved, contacts=contacts, inputs=inputs)
+    held = tuple(h.where(shift) for h in scene.held)
+    resets = tuple(r.where(shift) for r in scene.resets)
+    return replace(scene, system=moved, contacts=contacts, inputs=inputs, held=held, resets=resets)

@@ -10,10 +10,11 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.contact_states import with_states, without_states
-from symfric.model.held import Held, Reset, check_resets, in_order
+from symfric.model.held import Held, in_order
 from symfric.model.laws.law import Shape
 from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, Trajectory
 from symfric.model.quantities import is_quantity, number_of, without_units
+from symfric.model.resets import Reset, check_resets, crossings_of
 from symfric.model.symbols import (
     SPEED,
     TIME,
@@ -34,6 +35,7 @@ from symfric.model.units import Units, check_outputs, units_of
 from symfric.model.validation import (
     check_contacts,
     check_continuous,
+    check_instants,
     check_start,
     check_symbols,
     check_times,
@@ -72,17 +74,18 @@ class Scene:
         from the equations as far as they do. The numbers are used as they stand. Values, initial values and the horizon
         may be quantities of pint, which are converted to the units given, or bring their own.
     held : sequence of Held, optional
-        Variables that change at sampling instants only; each is a state under its name. Only the route 'taylor' takes
-        them, and resets.
+        Variables that change at sampling instants, or where an expression crosses zero, only; each is a state under its
+        name. Only the route 'taylor' takes them, and resets.
     resets : sequence of Reset, optional
-        Changes of states at known times.
+        Changes of states at known times, or where an expression falls through zero.
 
     Attributes
     ----------
     system, contacts, values, initial, horizon, outputs, inputs, units, held, resets
         The arguments, normalised: contacts as a tuple, held variables in the order of their dependence, numbers as
         floats, and values, initial and inputs keyed by the symbols of the expressions. Contacts with memory add their
-        states to the system, ``<contact>.z``, and held variables theirs: ``<name>``, ``<name>.queue1``. `units` are
+        states to the system, ``<contact>.z``, and held variables theirs: ``<name>``, ``<name>.queue1``, and with `when`
+        ``<name>.left1``. `units` are
         the texts by name, "" for plain numbers and empty for a scene without units; ``units.of(expr)`` is that of an
         expression.
 
@@ -156,13 +159,13 @@ class Scene:
             if not isinstance(c, Contact):
                 raise SceneError(f"{c!r} in contacts is no sf.Contact")
         check_contacts(without_states(system), self.contacts)
-        self._set("held", in_order(held))
-        self._set("system", with_states(system, self.contacts, self.held))
-        self._set("resets", check_resets(resets, {s.name for s in self.system.states}))
         texts = dict(_by_name(units, "units"))
         for given, what in ((values, "values"), (initial, "initial"), (inputs, "inputs")):
             mapped(given, what, f"{what}={{name: ...}}")
         values, initial = without_units(values, texts), without_units(initial, texts)
+        self._set("held", tuple(h.with_places(values) for h in in_order(held)))
+        self._set("system", with_states(system, self.contacts, self.held))
+        self._set("resets", check_resets(resets, {s.name for s in self.system.states}))
         length = finite(number_of(horizon, TIME.name, texts) if is_quantity(horizon) else horizon, "horizon")
         if length <= 0:
             raise SceneError(f"horizon is {length}; it must be positive")
@@ -191,7 +194,8 @@ class Scene:
                 raise SceneError(f"input {name} is {signal!r}; give a sf.Signal")
         symbols = self._symbols(self.contacts, initial, self.outputs)
         if any(s.name.startswith(_OBSERVED) for s in symbols):
-            refuse_observables(self.system, self.contacts, _by_name(initial, "initial"))
+            refuse_observables(self.system, self.contacts, _by_name(initial, "initial"), self.clocked)
+        check_instants(self.clocks, set(self.system.states) | set(self.system.rows))
         found: dict[str, sp.Symbol] = {}
         for symbol in sorted(symbols, key=str):
             found.setdefault(symbol.name, symbol)
@@ -250,7 +254,9 @@ class Scene:
     def _read_initial(self, initial: Mapping[Key, float | sp.Expr]) -> None:
         states = self._state_names()
         given = {s.name: 0.0 for c in self.contacts for s in c.states}
-        given |= {s.name: h.initial for h in self.held for s in h.states} | _by_name(initial, "initial")
+        for h in self.held:
+            given |= h.starts
+        given |= _by_name(initial, "initial")
         for name, value in given.items():
             if name not in states:
                 raise SceneError(f"{name} in Scene.initial is no state{nearest(name, states)}")
@@ -295,6 +301,7 @@ class Scene:
             yield f"z_rate[{i}]", e
         for i, e in enumerate(self.system.linear.expressions if self.system.linear else ()):
             yield f"load[{i}]", e
+        yield from crossings_of(self.clocks)
 
     @alone(SYMBOLIC)
     def numbers(self) -> dict[sp.Symbol, float]:
@@ -334,6 +341,11 @@ class Scene:
     def clocks(self) -> tuple[Held | Reset, ...]:
         """Held variables and resets."""
         return (*self.held, *self.resets)
+
+    @property
+    def timed(self) -> tuple[Held | Reset, ...]:
+        """Those that act at known times; the others act where an expression crosses zero."""
+        return tuple(part for part in self.clocks if part.crossing is None)
 
     @property
     def clocked(self) -> tuple[sp.Expr, ...]:
@@ -545,8 +557,11 @@ class Scene:
     def __repr__(self) -> str:
         names = ", ".join(c.name for c in self.contacts) or "none"
         values = ", ".join(f"{k}={'?' if v is None else format(v, 'g')}" for k, v in self.values.items())
+        held = f"held: {', '.join(h.name for h in self.held)}; " if self.held else ""
+        resets = f"{counted(len(self.resets), 'reset')}; " if self.resets else ""
         return (
-            f"Scene({counted(len(self.system.q), 'coordinate')}, contacts: {names}; {values}; horizon {self.horizon:g})"
+            f"Scene({counted(len(self.system.q), 'coordinate')}, contacts: {names}; {held}{resets}{values}; "
+            f"horizon {self.horizon:g})"
         )
 
 

@@ -25,7 +25,9 @@ from symfric.model.symbols import SPEED, TIME, nearest, shorten
 from symfric.model.unit_texts import NUMBER, in_base_units, read_unit
 
 if TYPE_CHECKING:
+    from symfric.model.held import Held
     from symfric.model.laws import Law
+    from symfric.model.resets import Reset
     from symfric.model.scene import Scene
     from symfric.model.system import Contact, System
 
@@ -228,6 +230,10 @@ def _equations(
         yield place, partial(_of_outputs, known, contact)
         if contact.stiffness is not None:
             yield f"{place}, stiffness", partial(_of_spring, known, contact, contact.stiffness)
+    for held in scene.held:
+        yield f"held.{held.name}", partial(_of_held, known, held)
+    for k, reset in enumerate(scene.resets):
+        yield f"reset[{k}]", partial(_of_reset, known, reset)
     for name, output in scene.outputs.items():
         if isinstance(output, OutputOfExpression):
             yield f"outputs.{name}", partial(known.of, output.expr)
@@ -247,6 +253,38 @@ def _of_rows(system: "System", known: Dimensions) -> Iterator[tuple[str, Callabl
         yield f"units.d_{name}", partial(known.equal, (f"d_{name}", known.of_name(f"d_{name}")), rate)
     for k, (load, _) in enumerate(part.loads):
         yield f"scene.force[{k}]", partial(known.of, load)
+
+
+def _of_held(known: Dimensions, held: "Held") -> None:
+    own, time = (held.name, known.of_name(held.name)), (TIME.name, known.of_name(TIME.name))
+    for symbol in (held.previous, *held.queue):
+        known.equal((symbol.name, known.of_name(symbol.name)), own)
+    for symbol in held.left:
+        known.equal((symbol.name, known.of_name(symbol.name)), time)
+    _of_instants(known, held)
+    for e in (held.update, sp.sympify(held.initial), sp.sympify(held.step or 0)):
+        if not e.is_number:
+            known.equal((str(e), known.of(_as_branches(e))), own)
+
+
+def _of_reset(known: Dimensions, reset: "Reset") -> None:
+    _of_instants(known, reset)
+    for name, entries in reset.set.items():
+        for e in (e for e in entries if not e.is_number):
+            known.equal((str(e), known.of(_as_branches(e))), (name, known.of_name(name)))
+
+
+def _of_instants(known: Dimensions, part: "Held | Reset") -> None:
+    """Check the times of a held variable or a reset, and its expression that crosses zero."""
+    for e in (e for e in part.times if not e.is_number):
+        known.equal((str(e), known.of(e)), (TIME.name, known.of_name(TIME.name)))
+    if part.crossing is not None:
+        known.of(part.crossing)
+
+
+def _as_branches(e: sp.Expr) -> sp.Expr:
+    """Return an expression with signs, which are plain numbers, as branches."""
+    return e.replace(sp.sign, lambda a: sp.Piecewise((-1, a < 0), (1, True)))
 
 
 def _of_start(known: Dimensions, state: sp.Symbol, start: sp.Expr) -> None:

@@ -6,8 +6,10 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.model.held import Held
 from symfric.model.numeric import numeric_function
 from symfric.model.outputs import OF_CONTACTS, Output
+from symfric.model.resets import Reset
 from symfric.model.steps import compare_across
 from symfric.model.symbols import TIME, nearest, refuse_speed, shorten
 from symfric.model.system import Contact, System
@@ -79,7 +81,19 @@ def check_symbols(symbols: set[sp.Symbol], allowed: dict[str, sp.Symbol], parame
             )
 
 
-def refuse_observables(system: System, contacts: tuple[Contact, ...], initial: Mapping[str, object]) -> None:
+def check_instants(parts: tuple[Held | Reset, ...], states: set[sp.Symbol]) -> None:
+    """Raise if times of held variables or resets depend on states or on time."""
+    for part in parts:
+        what = f"held variable {part.name!r}" if isinstance(part, Held) else "a reset"
+        for e in part.times:
+            moving = sorted(e.free_symbols & {*states, TIME}, key=str)
+            if moving:
+                raise SceneError(f"a time of {what} is {e}; it may depend on parameters only, not on {moving[0]}")
+
+
+def refuse_observables(
+    system: System, contacts: tuple[Contact, ...], initial: Mapping[str, object], clocked: tuple[sp.Expr, ...]
+) -> None:
     """Raise if forces and slips of contacts, which only outputs have, stand in an equation."""
     beginnings = tuple(f"{kind}(" for kind in OF_CONTACTS)
     places = [(f"force[{i}]", e) for i, e in enumerate(system.force)]
@@ -91,6 +105,7 @@ def refuse_observables(system: System, contacts: tuple[Contact, ...], initial: M
         places += [(f"{part} of contact {c.name!r}", e) for part, e in own if e is not None]
         places += [(f"law of contact {c.name!r}", e) for e in c.law.expressions]
     places += [(f"the initial value of {name}", e) for name, e in initial.items() if isinstance(e, sp.Expr)]
+    places += [("a held variable or a reset", e) for e in clocked]
     for what, e in places:
         for s in sorted(e.free_symbols, key=str):
             if s.name.startswith(beginnings):

@@ -7,6 +7,7 @@ import sympy as sp
 from symfric.model.contact_states import coefficient
 from symfric.model.springs import spring_of, stop_rate
 from symfric.model.symbols import TIME
+from symfric.model.written_instants import instants_of
 
 if TYPE_CHECKING:
     from symfric.model.scene import Scene
@@ -39,13 +40,15 @@ def equations_of(scene: "Scene") -> tuple[sp.Eq, ...]:
     rates = dict(zip(system.z, system.z_rate, strict=True)) | dict(map(stop_rate, springs))
     rates = {z: e for z, e in rates.items() if z not in {s for h in scene.held for s in h.states}}
     first = [sp.Eq(moving[z].diff(t), e.subs(moving), evaluate=False) for z, e in rates.items()]
-    return (*kinematic, *dynamic, *first)
+    return (*kinematic, *dynamic, *first, *instants_of(scene, _shown))
 
 
 def latex_of(scene: "Scene") -> str:
     """Return the equations, the values, the start and the horizon."""
     rows = r" \\ ".join(sp.latex(e.lhs) + " &= " + sp.latex(e.rhs) for e in scene.equations())
-    numbers = [(s, e) for s, e in (*scene.values.items(), *((_at_start(s), e) for s, e in scene.initial.items()))]
+    queued = {s for h in scene.held for s in h.states[1:]}
+    starts = [(_at_start(s), e) for s, e in scene.initial.items() if s not in queued]
+    numbers: list[tuple[sp.Symbol, float | sp.Expr | None]] = [*scene.values.items(), *starts]
     given = [sp.latex(s) + " = " + ("?" if e is None else _shown_number(e)) for s, e in numbers]
     given.append(rf"0 \le t \le {_shown_number(scene.horizon)}")
     lines = [r",\quad ".join(given[k : k + _IN_A_LINE]) for k in range(0, len(given), _IN_A_LINE)]

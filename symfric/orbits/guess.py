@@ -5,9 +5,11 @@ from typing import NamedTuple
 import numpy as np
 
 from symfric.errors import NotFound
+from symfric.model.numeric import numeric_function
 from symfric.model.scene import Scene
+from symfric.model.symbols import TIME
 from symfric.orbits.flow_map import FlowMap
-from symfric.orbits.recurrence import nearest_return, passages
+from symfric.orbits.recurrence import level_of, nearest_return, passages
 from symfric.solve.run import Run
 from symfric.solve.status import Status, early_end
 
@@ -117,7 +119,8 @@ def _of_free(run: Run) -> Guess:
     if np.all(size <= _STILL * whole) or (np.all(size <= _QUIET * whole) and shrinking):
         raise Fades("the motion settles to steady sliding or rest; start it elsewhere, or give a guess")
     k = int(np.argmax(size[: len(run.base.system.q)] / np.maximum(whole[: len(run.base.system.q)], 1e-300)))
-    times = passages(run, np.eye(len(x))[k], 0.5 * (np.min(x[k, late]) + np.max(x[k, late])), _MOST + 1)
+    level = level_of(run, np.min(x[k, late]), np.max(x[k, late]))
+    times = passages(run, np.eye(len(x))[k], level, _MOST + 1)
     times = times[times > 0.25 * run.t_final]
     if times.size < 3:
         raise NotFound("the motion completes fewer than three oscillations within the horizon; lengthen it")
@@ -127,16 +130,30 @@ def _of_free(run: Run) -> Guess:
 
 
 def _sliding_moment(run: Run, begin: float, end: float) -> float:
-    """Return the middle of the longest stretch in which the fewest contacts stick."""
+    """Return the middle of the longest stretch in which the fewest contacts stick and nothing jumps."""
     path = run.path
     steps = np.flatnonzero((path.t >= begin) & (path.t + path.h <= end))
-    if not path.mode.shape[1] or not steps.size:
+    discrete = np.column_stack([path.mode, _jumping(run)])
+    if not discrete.shape[1] or not steps.size:
         return begin
     sticking = np.sum(path.mode[steps] == 0, axis=1)
-    changes = np.flatnonzero(np.any(np.diff(path.mode[steps], axis=0), axis=1)) + 1
+    changes = np.flatnonzero(np.any(np.diff(discrete[steps], axis=0), axis=1)) + 1
     least, best, moment = np.min(sticking), 0.0, begin
     for stretch in np.split(steps, changes):
         first, last = path.t[stretch[0]], path.t[stretch[-1]] + path.h[stretch[-1]]
         if np.sum(path.mode[stretch[0]] == 0) == least and last - first > best:
             best, moment = last - first, 0.5 * (first + last)
     return moment
+
+
+def _jumping(run: Run) -> np.ndarray:
+    """Return held variables, and the signs of expressions whose zeros are events, in every step of a run."""
+    scene, path = run.scene, run.path
+    middle = path.t + 0.5 * path.h
+    states = dict(zip(scene.system.states, run(middle), strict=True))
+    numbers = {**scene.parameter_values(), **states, TIME: middle}
+    found = [states[h.symbol] for h in scene.held]
+    for e in (part.crossing for part in scene.clocks if part.crossing is not None):
+        symbols = sorted(e.free_symbols, key=str)
+        found.append(np.sign(numeric_function(symbols, e)(*(numbers[s] for s in symbols))))
+    return np.array(found).reshape(len(found), middle.size).T

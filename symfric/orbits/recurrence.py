@@ -16,6 +16,7 @@ FEW = "it does not repeat itself within the few turns of the window"
 _NOT = "it does not repeat itself, or not yet"
 # most corrections of the time of a passage; correction relative to a step that ends them
 _CORRECTIONS, _ROUNDING = 60, 1e-15
+_BESIDE = 0.5 - 1 / 30  # of the range: a controller's switch is usually at its middle
 _PLACES = 200  # sampling points at which whole periods are compared
 
 
@@ -60,6 +61,11 @@ def passages(run: Run, weights: np.ndarray, level: float, most: int = 0) -> np.n
             break
         s = moved
     return path.t[steps] + s
+
+
+def level_of(run: Run, low: float, high: float) -> float:
+    """Return the level at whose passages states are compared: the middle, or beside it if states may jump there."""
+    return low + (_BESIDE if run.base.clocks else 0.5) * (high - low)
 
 
 def nearest_return(states: np.ndarray, size: np.ndarray) -> int:

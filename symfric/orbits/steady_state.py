@@ -11,7 +11,7 @@ from symfric.model.excitation import forcing_period, later
 from symfric.model.outputs import End, Integral, Max, Min, Output, OutputOfExpression, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of
-from symfric.orbits.recurrence import FEW, SAME, Recurrence, passages, period_of
+from symfric.orbits.recurrence import FEW, SAME, Recurrence, level_of, passages, period_of
 from symfric.solve.routes import RouteName, Settings, prepare
 from symfric.solve.run import Run, finished
 from symfric.solve.status import Status
@@ -239,8 +239,8 @@ def _recurrence(run: Run, weights: np.ndarray, t: np.ndarray, times: Schedule, r
         return Recurrence(np.nan)
     if times.note:
         return Recurrence(np.nan, times.note)
-    middle = 0.5 * (np.max(values) + np.min(values))
-    turns = np.zeros(0) if times.forcing else passages(run, weights, middle)
+    level = level_of(run, np.min(values), np.max(values))
+    turns = np.zeros(0) if times.forcing else passages(run, weights, level)
     recurrence = period_of(run, times.forcing, turns)
     if recurrence.note and recurrence.note != FEW and abs(halves[1] - halves[0]) > 0.05 * halves[0]:
         return recurrence._replace(note=f"its range still {'grows' if halves[1] > halves[0] else 'shrinks'}")

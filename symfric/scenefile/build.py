@@ -28,6 +28,7 @@ from symfric.scenefile.arguments import (
     real_symbols,
 )
 from symfric.scenefile.expressions import RESERVED, parse_expression
+from symfric.scenefile.held import held_symbols, held_variables, resets
 from symfric.scenefile.laws import LawSpec, contact_name, contact_place, law_of, spec_of
 from symfric.scenefile.schema import Document, OwnScene, ReadyScene
 from symfric.scenefile.structure import StructurePlan, build_structure
@@ -64,6 +65,9 @@ def build_scene(document: Document, motion: Motion | None = None, folder: Path |
     """
     _check_names(document)
     plan = None
+    if not isinstance(document.scene, OwnScene) and (document.held or document.reset):
+        key = "[held]" if document.held else "[[reset]]"
+        raise SceneError(f"{key} belongs to own equations; write these in [scene] in place of a model or a structure")
     if isinstance(document.scene, StructureScene):
         scene, specs, plan = build_structure(document, document.scene, folder)
     elif document.flutter is not None:
@@ -86,8 +90,13 @@ def observables(scene: Scene) -> dict[str, sp.Symbol]:
 def _check_names(document: Document) -> None:
     """Raise on names that are not valid in expressions or are already used."""
     given = [("values", name) for name in document.values]
+    given += [("held", name) for name in document.held]
     if isinstance(document.scene, OwnScene):
         given += [(f"scene.{k}", n) for k in ("coordinates", "velocities", "z") for n in getattr(document.scene, k)]
+    taken = {name: place for place, name in given if place != "held"}
+    twice = next((name for name in document.held if name in taken), None)
+    if twice is not None:
+        raise SceneError(f"held.{shorten(twice, 40)} is also one of {taken[twice]}; rename one")
     for place, name in given:
         if not re.fullmatch(r"[A-Za-z_][A-Za-z_0-9]*", name):
             raise SceneError(f"{place}: {shorten(name, 40)!r} is not a name; use letters, digits and _")
@@ -168,7 +177,8 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
     """Return a scene from the equations in the file."""
     states = real_symbols([*section.coordinates, *section.velocities, *section.z])
     parameters = real_symbols(document.values)
-    names = {**states, **parameters, TIME.name: TIME}
+    names = {**states, **held_symbols(document.held), **parameters, TIME.name: TIME}
+    held = held_variables(document.held, names)
 
     rows = [[as_expr(e, f"scene.mass[{i}][{j}]", names) for j, e in enumerate(r)] for i, r in enumerate(section.mass)]
     if len({len(row) for row in rows}) > 1:
@@ -199,7 +209,8 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
         specs.append(spec_of(friction, name))
     initial = {n: as_expr(v, f"scene.initial.{shorten(n, 40)}", parameters) for n, v in section.initial.items()}
     numbers = {s: document.values[n] for n, s in parameters.items()}
-    _check_start(system, contacts, initial, numbers)
+    starts = {n: sp.sympify(e) for h in held for n, e in h.starts.items()}
+    _check_start(system, contacts, starts | initial, numbers)
     scene = call(
         "[scene]",
         Scene,
@@ -209,6 +220,8 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
             "values": numbers,
             "initial": initial,
             "horizon": section.horizon,
+            "held": held,
+            "resets": resets(document.reset, names),
         },
     )
     return scene, tuple(specs)

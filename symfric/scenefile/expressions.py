@@ -46,6 +46,7 @@ FUNCTIONS: dict[
     "asin": (sp.asin, math.asin),
     "acos": (sp.acos, math.acos),
     "atan": (sp.atan, math.atan),
+    "sign": (sp.sign, lambda a: float((a > 0) - (a < 0))),
 }
 EXTREMES: dict[str, tuple[Callable[..., sp.Expr], Callable[..., float]]] = {"min": (sp.Min, min), "max": (sp.Max, max)}
 COMPARISONS = {ast.Lt: sp.Lt, ast.LtE: sp.Le, ast.Gt: sp.Gt, ast.GtE: sp.Ge}

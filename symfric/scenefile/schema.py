@@ -24,6 +24,7 @@ from symfric.fields import (
 from symfric.model.symbols import nearest, shorten
 from symfric.motions.table import Ground
 from symfric.scenefile.contact_tables import FrictionTable, RowFriction
+from symfric.scenefile.held import HeldTables, ResetTables
 from symfric.scenefile.sections import checked
 from symfric.scenefile.structure_tables import FlutterTable, StructureScene
 
@@ -171,6 +172,10 @@ class Document(Section):
         Number of every name that the equations use.
     friction
         The contacts.
+    held
+        Variables that are computed at sampling instants or at crossings of zero, such as the command of a controller.
+    reset
+        Changes of states at known times or at crossings of zero.
     outputs
         What the study lists beside its own results, such as ``"max(x)"``.
     sweep
@@ -190,6 +195,8 @@ class Document(Section):
     scene: ReadyScene | OwnScene | StructureScene
     values: Annotated[dict[str, Number], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
     friction: Annotated[list[FrictionTable], Field(max_length=MAX_TABLES)] = Field(default_factory=list)
+    held: HeldTables = Field(default_factory=dict)
+    reset: ResetTables = Field(default_factory=list)
     outputs: Annotated[dict[str, Text], Field(max_length=MAX_TABLES)] = Field(default_factory=dict)
     sweep: Sweep | None = None
     flutter: FlutterTable | None = None

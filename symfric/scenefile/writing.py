@@ -75,7 +75,7 @@ def _is_number(value: object) -> bool:
 def _open(tables: dict[str, Any], contact: dict[str, Any], key: str) -> None:
     """Make a coefficient a value, under its own name if that is free."""
     scene, values = tables.get("scene", {}), tables.setdefault("values", {})
-    text = json.dumps([scene, values, tables.get("outputs", {})])
+    text = json.dumps([scene, values, *(tables.get(key, {}) for key in ("outputs", "held", "reset"))])
     name, count = key, 1
     while re.search(rf"\b{re.escape(name)}\b", text):
         count += 1

@@ -30,6 +30,7 @@ class Status(IntEnum):
     UNDECIDED = 7
     INTEGRATOR = 8
     NO_DERIVATIVE = 9
+    QUEUE_FULL = 10
 
 
 ADVICE = {
@@ -40,8 +41,9 @@ ADVICE = {
     "scalar outputs instead of a trajectory, or raise max_steps of the route, route=sf.Taylor(max_steps=...)",
     Status.STEP_COLLAPSE: "the steps became too short to reach the horizon: the motion is singular here, or "
     "stiff beyond this route; look at the final state, or try route='integrators'",
-    Status.CHATTER: "events pile up without time advancing: the contacts chatter; look at run.events[-20:] and check "
-    "that static friction is not smaller than kinetic friction",
+    Status.CHATTER: "events pile up without time advancing: the contacts chatter, or a reset leaves its guard at "
+    "zero, from where it falls again; look at run.events[-20:], check that static friction is not smaller than kinetic "
+    "friction, and take a contact for impacts that come to rest",
     Status.NOT_FINITE: "the motion or a force is not finite; look at the final state, at values that make the mass "
     "zero or negative, and at divisions and roots in the forces",
     Status.LOST_CONTACT: "a normal load became negative: the bodies separate, which the contact does not model; write "
@@ -52,6 +54,8 @@ ADVICE = {
     "one sticks; loosen the tolerance or use route='taylor'",
     Status.NO_DERIVATIVE: "the motion is correct to the end, but not differentiable: it grazes, two events coincide in "
     "time, or it starts on the edge of sticking; move the parameter or the start, or compare runs on both sides",
+    Status.QUEUE_FULL: "more values of a held variable are on their way than it has places for, or its delay is "
+    "negative; give it more places, sf.Held(..., waiting=...)",
 }
 
 # what helps the caller of a function that simulates by itself and takes no route

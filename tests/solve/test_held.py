@@ -147,8 +147,50 @@ def test_map_equals_runs():
     assert np.array_equal(batch.final.T, [program.run({"T": t}).final for t in periods])
 
 
-def test_a_delay_that_grows_beyond_the_period_is_no_result():
-    assert sf.prepare(controlled()).run({"tau": 0.4}).status == sf.Status.NOT_FINITE
+def late(every, delay, **more):
+    values = {s: v for s, v in ((T, 0.3), (tau, more.pop("late", 0.7))) if s in (every, delay)}
+    cmd = sf.Held("cmd", update=1.5 * (1 - x) - 0.8 * u, every=every, offset=0.1, delay=delay, **more)
+    return plant(cmd.symbol, 5.95, values=values, held=[cmd])
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.2, 0.3, 0.5, 0.6, 0.75, 0.9])
+def test_a_delay_by_parameters_equals_one_by_numbers(delay):
+    """With room for three values on their way, also where the delay is a whole number of periods."""
+    expected = sf.simulate(late(0.3, delay), 1e-12).final[:3]
+    found = sf.prepare(late(T, tau, waiting=3), 1e-12).run({"tau": delay})
+    assert np.max(np.abs(found.checked().final[:3] - expected)) < 1e-12
+
+
+def test_the_places_of_a_delay_by_parameters_are_those_of_the_first_values():
+    scene = late(T, tau)
+    assert [h.waiting for h in scene.held] == [3]
+    assert scene.where({"tau": 0.1}).held == scene.held
+    assert np.max(np.abs(sf.simulate(scene).final[:3] - sf.simulate(late(0.3, 0.7)).final[:3])) < 1e-8
+    late_values = sf.prepare(scene).map({"tau": [0.25, 0.55, 0.85, 0.95]})
+    assert [s == sf.Status.OK for s in late_values.status] == [True, True, True, False]
+    assert late_values.status[-1] == sf.Status.QUEUE_FULL
+    assert np.array_equal(late_values.final[:, 1], sf.prepare(scene).run({"tau": 0.55}).final)
+    with pytest.raises(sf.RunFailed, match="waiting"):
+        sf.prepare(controlled()).run({"tau": 0.4}).checked()
+
+
+def test_derivatives_by_a_delay_beyond_a_period():
+    scene, h = late(T, tau), 1e-5
+    run, program = sf.simulate(scene, 1e-12, sensitivities=["T", "tau"]), sf.prepare(scene, 1e-13)
+    for name, value in (("T", 0.3), ("tau", 0.7)):
+        near, far = (
+            (program.run({name: value + s}).final - program.run({name: value - s}).final) / (2 * s) for s in (h, 2 * h)
+        )
+        assert np.max(np.abs(run.sensitivities[name] - (4 * near - far) / 3)) < 1e-6
+
+
+def test_continuation_in_a_delay_beyond_a_period():
+    cmd = sf.Held("cmd", update=-2 * x - 0.6 * u, every=0.1, delay=tau)
+    scene = plant(cmd.symbol + sp.sin(sp.pi * sf.TIME), 60.0, values={tau: 0.25}, held=[cmd])
+    branch = sf.continue_cycle(scene, "tau", span=(0.21, 0.29))
+    assert [branch.values[0], branch.values[-1]] == pytest.approx([0.21, 0.29])
+    end = sf.limit_cycle(scene.where({"tau": 0.29}))
+    assert branch.orbits[-1].half_range[0] == pytest.approx(end.half_range[0], abs=1e-9)
 
 
 @pytest.mark.parametrize(("offset", "delay"), [(0.08, 0.05), (0.02, 0.07), (0.04, 0.25)])

@@ -16,6 +16,7 @@ from symfric.model.laws import Law
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
+from symfric.model.written_instants import instants_of
 from symfric.report.html.letters import letter
 from symfric.scenefile import LawSpec, friction_laws
 
@@ -167,8 +168,11 @@ def equations_of_motion(scene: Scene) -> list[Markup]:
                 parts.append(_in_brackets(size))
             parts.append(_force_name(contact))
         lines.append(block(parts, f"equation of motion of {system.q[i].name}"))
-    for z, rate in zip(system.z, system.z_rate, strict=True):
+    still = {s for h in scene.held for s in h.states}
+    for z, rate in ((z, rate) for z, rate in zip(system.z, system.z_rate, strict=True) if z not in still):
         lines.append(block([_dotted(z), EQUALS, to_mathml(rate)], f"rate of {z.name}"))
+    for e in instants_of(scene, lambda s: s.name):
+        lines.append(block([to_mathml(e.lhs), EQUALS, to_mathml(e.rhs)], "what happens at instants"))
     return lines
 
 

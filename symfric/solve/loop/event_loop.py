@@ -4,7 +4,20 @@ import numpy as np
 
 from symfric.codegen.numba_types import compiled, part
 from symfric.solve.loop.arithmetic import drifts, is_at_rest, scale_of_state, summed
-from symfric.solve.loop.codes import EXPAND, GO, LOADED, LOST_CONTACT, NOT_FINITE, OK, SEGMENT, SETTLE, STEP_COLLAPSE
+from symfric.solve.loop.codes import (
+    CHATTER,
+    EXPAND,
+    GO,
+    LOADED,
+    LOST_CONTACT,
+    NOT_FINITE,
+    OK,
+    QUEUE_FULL,
+    SEGMENT,
+    SETTLE,
+    STEP_COLLAPSE,
+)
+from symfric.solve.loop.events.crossings import cross
 from symfric.solve.loop.events.first_event import first_event
 from symfric.solve.loop.events.saltation import jump, remember
 from symfric.solve.loop.events.time_steps import mark_steps
@@ -162,11 +175,15 @@ def _switch(w: LoopArrays, n_x: int, n_c: int) -> int:
     if w.limits.steps:
         mark_steps(w, n_x, n_c, starting)
     if w.limits.varied:
-        remember(w)
+        remember(w, n_x)
     changed = transit(w, n_c) if w.contacts.other_guards.size else 0
+    if changed < 0:
+        return QUEUE_FULL
     status = settle(w)
     if status != OK:
         return status
+    if w.limits.first_crossing < w.guards.hit.size and cross(w, n_x, starting):
+        return CHATTER
     if w.limits.varied:
         jump(w, n_x, n_c, starting)
     keep_scales(w, n_x, n_c)

@@ -76,6 +76,7 @@ def series_model(
     limits.steps, limits.holds = len(automaton.steps), _slips_jump(scene)
     limits.first_load, limits.first_other = automaton.layout.first_load, automaton.layout.first_other
     limits.first_variable, limits.first_clock = automaton.layout.first_variable, automaton.layout.first_clock
+    limits.first_crossing, limits.first_reset = automaton.layout.first_crossing, automaton.layout.first_reset
     if variations:
         limits.varied, limits.followed = variations.columns, variations.followed
     loop = load_loop("symfric.solve.loop.entry", "the event loop")

@@ -59,6 +59,8 @@ class LoopLimits(Limits, kind=int):
     first_load: int  # index of the first guard of loads; the guards of other contacts follow the loads
     first_other: int
     first_clock: int  # index of the first guard of clocks, which come last
+    first_crossing: int  # of those the first of crossings, and of crossings of resets
+    first_reset: int
     first_variable: int  # index in m of the first variable of other contacts; these start at zero
     exact: int  # order to which weighted steps are accurate, 0 without them; see `.stepping.decay_weights`
     apart: int  # whether a run pauses after every choice of its mode

@@ -21,7 +21,9 @@ def scene_in_words(file: SceneFile) -> str:
     q, u = scene.system.q, scene.system.u
     pairs = [f"{a.name} (velocity {b.name})" for a, b in zip(q, u, strict=True)]
     numbers = scene.numbers()
-    start = ", ".join(f"{s.name} = {measure(float(numbers[s]), s.name, file)}" for s in scene.system.states)
+    queued = {s for h in scene.held for s in h.states[1:]}
+    shown = (s for s in scene.system.states if s not in queued)
+    start = ", ".join(f"{s.name} = {measure(float(numbers[s]), s.name, file)}" for s in shown)
     origin = f"The ready scene {file.model}" if file.model else "Own equations"
     count = counted(len(q), "coordinate")
     rubs = ", ".join(

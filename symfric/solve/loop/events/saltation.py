@@ -14,6 +14,7 @@ from symfric.lower.mode_layout import GAPS
 from symfric.model.rows import INTEGRAL, RANGE
 from symfric.solve.loop.arithmetic import value
 from symfric.solve.loop.codes import JUMP
+from symfric.solve.loop.events.crossings import jumped_across
 from symfric.solve.loop.events.polynomials import roots
 from symfric.solve.loop.modes.layout import (
     backward,
@@ -34,8 +35,8 @@ _START = 1e-3  # part of a step that counts as its start
 
 
 @compiled
-def remember(w: LoopArrays) -> None:
-    """Store the mode before an event, and the guards hit."""
+def remember(w: LoopArrays, n_x: int) -> None:
+    """Store the mode before an event, the guards hit, and whether the derivatives of its time are those of the last."""
     n_m, first = w.m.size, w.p.size
     for k in range(first):
         w.saltation.before[k] = w.p[k]
@@ -43,6 +44,11 @@ def remember(w: LoopArrays) -> None:
         w.saltation.before[first + k] = w.m[k]
     for g in range(w.guards.hit.size):
         w.saltation.before[first + 2 * n_m + g] = w.guards.hit[g]
+    last = first + 2 * n_m + w.guards.hit.size
+    if w.saltation.before.size > last:
+        w.saltation.before[last] = jumped_across(w, n_x)
+        for s in range(w.limits.varied):
+            w.saltation.before[last + 1 + s] = w.saltation.tau[s]
     for k in range(w.saltation.left.size):
         w.saltation.left[k] = w.y[k]
 
@@ -101,6 +107,8 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
             apart = is_switch(w, g) and w.contacts.step[g - switch(0, n_c)] != 0
             w.counts.doubts += apart and w.saltation.after[slopes + n_g + g] > APART
             continue
+        if w.saltation.before.size > first + 2 * n_m + n_g and w.saltation.before[first + 2 * n_m + n_g] != 0.0:
+            continue  # its time is that of an event before
         # an exchange of constraints does not change the motion
         if is_along_line(w, g) and w.m[contact_of(g)] == AT_BOUND:
             continue
