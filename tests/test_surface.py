@@ -125,6 +125,7 @@ DESIGNS = {
     "design.quench": lambda s: sf.design.quench(s, speeds=(0.1, 0.3), Omega=(20.0, 60.0), a=(0.0, 0.1)),
     "design.damper": lambda s: sf.design.damper(s, name(s), (0.0, 1.0), (0.2, 0.4)),
     "design.positioning": lambda s: sf.design.positioning(s, name(s), (0.0, 1.0), (0.2, 0.4)),
+    "design.controller": lambda s: sf.design.controller(s.until(20.0), name(s), (0.05, 1.0)),
     "design.contact_damper": lambda s: sf.design.contact_damper(s, {"f_n": (1.0, 12.0)}),
     "design.isolator": lambda s: sf.design.isolator(s, [MOTION], {"mu": (0.005, 0.05)}),
     "theory.damper_loop": lambda s: sf.theory.damper_loop(s, name(s)),

@@ -19,6 +19,7 @@ BELT = sf.scenes.mass_on_belt(v_b=0.2, horizon=5.0)
 SIZE = BELT.wanting({"m": sf.Max(BELT.system.q[0])})
 LAW = sf.laws.cubic(0.4, 0.25, 0.5)
 MOTION = sf.motions.sine_burst(1.0, 1.0, cycles=4)
+PID = sf.scenes.positioning_stage(k_p=4.0, k_d=2.0, k_i=1.0, x0=0.5, horizon=200.0)
 DRIVE = sf.scenes.drive_slide(mu1=-0.5, mu2=0.1, p_star=-0.2, epsilon=1.0, sigma=0.0)
 SYSTEM = {"q": [X], "u": [U], "mass": [[1]], "force": [-K * X], "z": [], "z_rate": []}
 GOOD = {
@@ -45,6 +46,7 @@ GOOD = {
     sf.as_function: {"scene": SIZE, "inputs": ["v_b"], "outputs": ["m"]},
     sf.design.quench: {"scene": BELT, "speeds": (0.1, 0.4), "Omega": (20, 60), "a": (0, 0.02)},
     sf.design.positioning: {"scene": DRIVE, "parameter": "sigma", "bounds": (0, 1), "speeds": (1.25, 5)},
+    sf.design.controller: {"scene": PID, "parameter": "k_i", "bounds": (0.5, 6.0), "half_range": 0.1, "settle": 100.0},
     sf.design.absorber: {"mass_ratio": 0.1},
     sf.motions.synthetic: {"seed": 1, "pga": 0.3, "unit": "g"},
     sf.motions.read_at2: {"path": "x.at2"},

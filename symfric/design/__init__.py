@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from symfric.design.absorber.classic import absorber
 from symfric.design.absorber.foundation import sprung_foundation
 from symfric.design.contact_damper.design import contact_damper
+from symfric.design.controller.design import controller
 from symfric.design.damper.design import damper
 from symfric.design.isolator.design import isolator
 from symfric.design.optimal_control.collocation import Profile, collocation
@@ -20,6 +21,7 @@ __all__ = [
     "absorber",
     "collocation",
     "contact_damper",
+    "controller",
     "damper",
     "isolator",
     "positioning",

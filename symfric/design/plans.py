@@ -2,6 +2,7 @@
 
 from symfric.design.absorber.plan import AbsorberPlan, SprungFoundationPlan
 from symfric.design.contact_damper.plan import ContactDamperPlan
+from symfric.design.controller.plan import ControllerPlan
 from symfric.design.damper.plan import DamperPlan
 from symfric.design.isolator.plan import IsolatorPlan
 from symfric.design.optimal_control.plan import CollocationPlan
@@ -18,4 +19,5 @@ PLANS: tuple[type[DesignPlan], ...] = (
     ContactDamperPlan,
     SprungFoundationPlan,
     CollocationPlan,
+    ControllerPlan,
 )

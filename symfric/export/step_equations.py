@@ -3,9 +3,10 @@
 import casadi as ca
 
 from symfric.lower.automaton import Automaton
+from symfric.lower.clocks import Clocks
 from symfric.lower.constraint_forces import hold
 from symfric.lower.contact_dynamics import ContactDynamics
-from symfric.lower.mode_layout import backward, forward
+from symfric.lower.mode_layout import JUST_AFTER, backward, forward
 
 _AT_REST = 1e-12  # slip relative to its terms below which a contact at the start is at rest
 _MOVED = 1e-10  # slip relative to its terms above which it was changed from outside
@@ -30,6 +31,8 @@ class StepEquations:
         ``(y, t, p, m) -> y`` with the slips of sticking contacts at zero.
     watched : list of int
         The guards that end a mode; those of the loads do not.
+    clocks : Clocks or None
+        Of held variables and resets.
     """
 
     def __init__(self, model: ContactDynamics, automaton: Automaton) -> None:
@@ -37,6 +40,7 @@ class StepEquations:
         self.n_c = len(automaton.contacts)
         self.loads = list(range(self.layout.first_load, self.layout.first_other))
         self.watched = [g for g in range(self.layout.n_guards) if g not in self.loads]
+        self.clocks = next((e for e in model.springs if isinstance(e, Clocks)), None)
         self._m = ca.SX.sym("m", self.layout.n_mode)
         self._at = [model.y, model.t, model.p]
         self._rate, self._guards, _ = automaton.field(*self._at, self._m)
@@ -75,7 +79,16 @@ class StepEquations:
             value = ca.substitute(self._guards[self.layout.switch(j)], self._m, ca.vertcat(*mode))
             mode[self.layout.sign(j)] = ca.if_else(value < 0, -1, 1)
         m = ca.vertcat(*mode)
+        if self.clocks is not None:
+            m[self.layout.n_mode - self.clocks.counters.numel() :] = self.clocks.struck_before
         return ca.Function("first", self._at, [self.held(*self._at, m), m, ca.SX(rests)])
+
+    def due(self) -> ca.Function:
+        """Return ``(y, t, p, m) -> hit``: the clocks whose instant is now."""
+        soon = JUST_AFTER * (ca.fabs(self.model.t) + self.model.horizon)
+        hit, first = ca.SX.zeros(self.layout.n_guards), self.layout.first_clock
+        hit[first:] = self._guards[first:] <= soon
+        return ca.Function("due", [*self._at, self._m], [ca.densify(hit)])
 
     def told(self) -> ca.Function:
         """Return ``(y, t, p, m, fresh) -> (m, fresh)``: the mode after a change of state or data from outside."""
@@ -111,10 +124,23 @@ class StepEquations:
             m[i] = ca.if_else(sticks, 1 - released, back) if able else 0
             turned = d if able else ca.if_else(back, -d, d)
             m[n_c + i] = ca.if_else(ca.logic_and(sticks, released), ca.if_else(back, -1, 1), turned)
+        if self.clocks is not None:
+            self._jumped(y, m, zero)
         args = [*self._at, self._m, hit]
         trial = ca.Function("trial", args, [y, m, zero, fresh])
         y, m, zero, fresh = trial(*args)
         return ca.Function("crossed", args, [self.held(y, *self._at[1:], m), m, zero, fresh])
+
+    def _jumped(self, y: ca.SX, m: ca.SX, zero: ca.SX) -> None:
+        """Give contacts whose slip jumped to that at the state y the mode of the slip after it; changes m and zero."""
+        w, size = (ca.substitute(e, self.model.y, y) for e in (self._w, self._size))
+        for i, able in enumerate(self.automaton.sticks):
+            jumped = ca.fabs(w[i] - self._w[i]) > _MOVED * (self._size[i] + size[i])
+            rests = ca.fabs(w[i]) <= _AT_REST * size[i]
+            zero[i] = ca.if_else(jumped, rests, zero[i])
+            m[i] = ca.if_else(jumped, ca.logic_and(rests, able), m[i])
+            way = ca.if_else(w[i] < 0, -1, 1)
+            m[self.n_c + i] = ca.if_else(ca.logic_and(jumped, ca.logic_not(rests)), way, m[self.n_c + i])
 
     def judged(self) -> ca.Function:
         """Return ``(y, t, p, m, zero) -> (m, changed)``: the mode with the contact changed that contradicts it most.
@@ -163,6 +189,6 @@ class StepEquations:
         for other in self.layout.others:
             entries[other.name] = self._m[first]  # what a run shows of it
             first += other.variables
-        names = [*self.layout.lines, *(other.name for other in self.layout.others)]
+        names = [*self.layout.lines, *(other.name for other in self.layout.others if not other.clocks)]
         modes = ca.vertcat(*(entries[n] for n in names)) if names else ca.SX(0, 1)
         return ca.Function("shown", [*self._at, self._m], [rows, modes])

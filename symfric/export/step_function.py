@@ -5,7 +5,8 @@ of order four. If a guard is negative at its end, the first time at which one is
 over shorter times; there the mode changes, and the rest of the step follows in the new one. A slip that reached zero is
 set to zero, so sticking is exact. The number of events in a step is bounded, and with it the time that a step takes:
 after the last one the rest of the step ignores the guards, and slips that changed their direction in it end at zero, as
-by the impulse of Moreau's scheme.
+by the impulse of Moreau's scheme. Held variables and resets are events, too; those whose instant is the end of a step
+belong to it.
 
 Everything is a graph without loops of unknown length, so that CasADi writes it as C code. Branches are evaluated only
 when they are taken.
@@ -83,8 +84,11 @@ def step_functions(scene: Scene, rows: Sequence[sp.Expr], events: int) -> StepFu
 
 
 def _refuse(scene: Scene, automaton: Automaton) -> None:
-    if scene.clocks:
-        raise SceneError("held variables and resets are not exported; export the plant, with what is held as an input")
+    if any(part.crossing is not None for part in scene.clocks):
+        raise SceneError(
+            "held variables with when= and resets with guard= are not exported, those at known times are; export the "
+            "rest, with what they change as an input"
+        )
     for c in scene.contacts:
         if c.law.steep:
             raise SceneError(
@@ -272,6 +276,17 @@ class _Builder:
         rest = ca.Function("rest", args, [*self.event(end, t + r, p, m, hit), t + r, ca.MX(0), ca.MX(MANY_EVENTS)])
         return _if(r > 0, rest, ca.Function("idle", args, [y, m, fresh, t, r, status]), args)
 
+    def _struck(self) -> ca.Function:
+        """Return ``(y, t, p, m, fresh) -> (y, m, fresh)``: what clocks do whose instant is now."""
+        y, t, p, m = self._state()
+        fresh = ca.MX.sym("fresh", self.n_g)
+        args = [y, t, p, m, fresh]
+        idle = ca.Function("idle", args, [y, m, fresh])
+        if self.eq.clocks is None:
+            return idle
+        hit = self.eq.due()(y, t, p, m)
+        return _if(ca.mmax(hit) > 0, ca.Function("struck", args, list(self.event(y, t, p, m, hit))), idle, args)
+
     def _data(self) -> tuple[list[ca.MX], ca.MX]:
         """Return symbols t, p, v, dv, and the data of the automaton."""
         t, p = ca.MX.sym("t"), ca.MX.sym("p", self.n_p)
@@ -283,7 +298,9 @@ class _Builder:
         y, (given, data) = ca.MX.sym("y", self.n_y), self._data()
         after, m, zero = self.eq.first_mode()(y, given[0], data)
         m = self.agreeing(after, given[0], data, m, zero)
-        memory = ca.vertcat(m, self.freshly(m, zero, ca.DM.zeros(self.n_g)))
+        fresh = self.freshly(m, zero, ca.DM.zeros(self.n_g))
+        after, m, fresh = self._struck()(after, given[0], data, m, fresh)
+        memory = ca.vertcat(m, fresh)
         return ca.Function("start", [y, *given], _dense(after, memory), ["y", "t", "p", "v", "dv"], ["y_after", "m"])
 
     def _advance(self) -> ca.Function:
@@ -295,10 +312,12 @@ class _Builder:
         for _ in range(1 + self.events if self.eq.watched else 1):
             state = list(piece(*state, data))
         after, m, fresh, t, _, status = self._rest()(*state, data, OK)
+        after, m, fresh = self._struck()(after, t, data, m, fresh)
         if self.eq.loads:
             lost = ca.mmin(self.eq.guards(after, t, data, m)[self.eq.loads]) < 0
             status = ca.if_else(lost, LOST_CONTACT, status)
-        status = ca.if_else(_finite(after), status, NOT_FINITE)
+        good = ca.logic_and(_finite(after), _finite(m))
+        status = ca.if_else(good, status, NOT_FINITE)
         names = ["y", "m", "t", "p", "v", "dv", "h"]
         out = _dense(after, ca.vertcat(m, fresh), status)
         return ca.Function("advance", [y, memory, *given, h], out, names, ["y_after", "m_after", "status"])

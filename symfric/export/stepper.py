@@ -12,6 +12,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.export.step_function import LOST_CONTACT, MANY_EVENTS, NOT_FINITE, OK, StepFunctions, step_functions
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.held import Held
 from symfric.model.outputs import OF_CONTACTS, Trajectory, friction_force, slip
 from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import TIME, Key, expression, finite, name_of, nearest
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 
 _MOST_STEPS = 50_000  # of a comparison with the event-driven solution
 _TOLERANCE = 1e-11  # of that solution
+_LATE = 1e-12  # relative to the end, by which a time may be rounded
 #: What the status of a step says.
 MEANING = {
     OK: "right",
@@ -161,9 +163,12 @@ class Stepper:
         True
         """
         n = self._steps(until)
-        run = simulate(self.scene.until(n * self.step, {"path": Trajectory()}), _TOLERANCE).checked()
+        end, late = n * self.step, 0.0
+        if self.scene.clocks:  # a step ends after the samples of the same instant
+            end, late = end + 0.5 * self.step, _LATE * end
+        run = simulate(self.scene.until(end, {"path": Trajectory()}), _TOLERANCE).checked()
         t, x, _, _ = self._march(self.initial, self.values, n)
-        exact = run(t)
+        exact = run(t + late)
         if not np.all(np.isfinite(x)):
             return math.inf
         sizes = np.maximum(np.max(np.abs(exact), axis=1), 1e-300)
@@ -243,13 +248,16 @@ def stepper(scene: Scene, step: float, outputs: Mapping[str, sp.Expr] | None = N
     ------
     SceneError
         If the step is not positive, a value is missing, an output has an unknown symbol, contacts can hold the same
-        motion, a friction profile jumps, or a law has an infinite slope (as averaged ones have).
+        motion, a friction profile jumps, a law has an infinite slope (as averaged ones have), or more samples of a
+        held variable fall into a step than the events that it takes.
 
     Notes
     -----
     Between events Runge and Kutta's classical formula; the time of an event inside a step is found to rounding by the
     same formula, and there the mode changes. Errors fall with the fourth power of the step, through stick and slip, as
-    long as the events of one contact are further apart than a step. The formula is explicit: of a motion with the fast
+    long as the events of one contact are further apart than a step. Samples of held variables, dead times and resets
+    happen at their instants, also within a step; those whose instant is the end of a step belong to it. The formula is
+    explicit: of a motion with the fast
     frequency omega or rate r it needs ``step < 2.8 / omega`` or ``2.8 / r``. After the last event that is allowed, the
     rest of the step is of first order, and its status 1.
 
@@ -267,7 +275,7 @@ def stepper(scene: Scene, step: float, outputs: Mapping[str, sp.Expr] | None = N
     if not isinstance(events, int) or isinstance(events, bool) or events < 1:
         raise SceneError(f"events is {events!r}; give a whole number of 1 or more")
     check_scene(scene)
-    scene.numbers()
+    _check_clocks(scene, length, events)
     shown = _read_outputs(scene, outputs)
     f: StepFunctions = step_functions(scene, list(shown.values()), events)
     return Stepper(
@@ -282,6 +290,22 @@ def stepper(scene: Scene, step: float, outputs: Mapping[str, sp.Expr] | None = N
         f.advance,
         f.look,
     )
+
+
+def _check_clocks(scene: Scene, step: float, events: int) -> None:
+    """Raise if more samples and resets may fall into a step than it takes."""
+    numbers = scene.numbers()
+    found = []
+    for part in scene.clocks:
+        if part.every is not None:
+            count = math.ceil(step / float(sp.sympify(part.every).subs(numbers)) * (1 - _LATE))
+            found.append(count * (2 if isinstance(part, Held) and part.late else 1))
+    most = max(found, default=0)
+    if most > events:
+        raise SceneError(
+            f"a step of {step:g} is longer than the periods of held variables and resets: {most} of their instants "
+            f"fall into it, and it takes events={events}; give a shorter step, or more events"
+        )
 
 
 def _along_lines(scene: Scene) -> list[Contact]:

@@ -124,12 +124,43 @@ class Clocks:
                 left.append(chosen(k, [show(e) - self.t for e in reset.at], ca.SX(self.horizon)))
         return left
 
+    @property
+    def struck_before(self) -> ca.SX:
+        """Number of strikes of every clock before t, for a run that begins at any time."""
+        show, soon = Printer(dict(self.symbols), set(), Switches()), JUST_AFTER * (ca.fabs(self.t) + self.horizon)
+
+        def before(first: ca.SX, period: ca.SX) -> ca.SX:
+            return ca.fmax(0, ca.ceil((self.t - first - soon) / period))
+
+        counts = []
+        for h in (h for h in self.held if h.when is None):
+            first, period = show(h.offset), show(h.every)
+            counts.append(before(first, period))
+            if h.late:
+                counts.append(before(first + show(h.delay) - self._earlier(h) * period, period))
+        for reset in (r for r in self.resets if r.guard is None):
+            if reset.every is not None:
+                counts.append(before(show(reset.offset), show(reset.every)))
+            else:
+                counts.append(sum((ca.SX(show(e) < self.t - soon) for e in reset.at), ca.SX(0)))
+        return ca.vertcat(*counts)
+
     def after(self, hit: ca.SX, zero: ca.SX) -> tuple[list[tuple[int, ca.SX]], ca.SX, ca.SX]:
         """Return states with their places, variables, and guards that start at zero, after some of them were hit.
 
         Of crossings the loop decides which guards start at zero.
         """
         return _Instant(self, hit).result()
+
+    def after_reset(self, reset: Reset, entry: int) -> dict[int, ca.SX]:
+        """Return what a reset alone makes of the states that it sets, by their places; `entry`: which of its times."""
+        after = _Instant(self, ca.SX.zeros(self.layout.guards)).alone(reset, entry)
+        return {self.places[n]: e for n, e in after.items()}
+
+    def guard_of(self, reset: Reset) -> ca.SX:
+        """Return the expression at whose zeros a reset acts."""
+        assert reset.guard is not None
+        return _Instant(self, ca.SX.zeros(self.layout.guards))._read(reset.guard, {})
 
     def _earlier(self, h: Held) -> ca.SX:
         """Return how many values act before that of the first sample; they stand in the queue at the start."""
@@ -251,6 +282,12 @@ class _Instant:
             when, k, known = self._strikes[j], self._counters[j], {}
         turned = {n: [self._at_guard(e, reset) for e in es] for n, es in reset.set.items()}
         self._set(when, {n: chosen(k, [self._read(e, known) for e in es]) for n, es in turned.items()})
+
+    def alone(self, reset: Reset, entry: int) -> dict[str, ca.SX]:
+        """Return what a reset alone makes of the states that it sets."""
+        known = {} if reset.guard is None else {_SIDE: ca.SX(-1)}
+        chosen_ones = {n: self._at_guard(es[min(entry, len(es) - 1)], reset) for n, es in reset.set.items()}
+        return {n: self._read(e, known) for n, e in chosen_ones.items()}
 
     @staticmethod
     def _at_guard(e: sp.Expr, reset: Reset) -> sp.Expr:

@@ -37,6 +37,31 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
     return power, ca.Function("kinetic", [model.y, model.p], [ca.densify(energy)])
 
 
+def resets_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
+    """Return CasADi functions of the states after every reset, and of the guards of resets.
+
+    Returns
+    -------
+    after : casadi.Function
+        ``(y, t, p) -> y+`` with a column for every reset, or for every time of one whose values differ, in their order.
+    guards : casadi.Function
+        ``(y, t, p) -> guards`` of the resets that have one, in their order.
+    """
+    model = ContactDynamics.of(scene)
+    clocks = next(s for s in model.springs if isinstance(s, Clocks))
+    columns = []
+    for reset in scene.resets:
+        for entry in range(max(len(values) for values in reset.set.values())):
+            after = ca.SX(model.y)
+            for place, value in clocks.after_reset(reset, entry).items():
+                after[place] = value
+            columns.append(after)
+    guards = [clocks.guard_of(r) for r in scene.resets if r.guard is not None]
+    at = [model.y, model.t, model.p]
+    found = ca.horzcat(*columns), ca.vertcat(*guards)
+    return ca.Function("resets", at, [ca.densify(found[0])]), ca.Function("guards", at, [ca.densify(found[1])])
+
+
 def _zero_where_undefined(values: ca.SX) -> ca.SX:
     """Return expressions with zero for NaN, which a mode that multiplies them by zero would not remove.
 

@@ -1,7 +1,10 @@
-"""Digital controllers as held variables: PID with limits, state feedback, friction compensation, discrete systems."""
+"""Digital controllers as held variables: PID with limits, state feedback, friction compensation, discrete systems.
+
+Dither is an expression of time and no held variable.
+"""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 import sympy as sp
@@ -9,9 +12,9 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.model.held import Held
 from symfric.model.public_names import names_of
-from symfric.model.symbols import expression, listed
+from symfric.model.symbols import TIME, expression, listed
 
-__all__ = ["discrete", "friction_compensation", "pid", "state_feedback"]
+__all__ = ["discrete", "dither", "friction_compensation", "pid", "state_feedback"]
 _Number: TypeAlias = float | sp.Expr
 
 
@@ -190,6 +193,57 @@ def friction_compensation(
     return [Held(name, update, every, offset, delay)]
 
 
+def dither(
+    amplitude: _Number, frequency: _Number, *, shape: Literal["sine", "square"] = "sine", phase: _Number = 0.0
+) -> sp.Expr:
+    """Return a dither, a fast periodic signal to be added to a force or to the update of a held variable.
+
+    Parameters
+    ----------
+    amplitude : float or Expr
+        Half of its range.
+    frequency : float or Expr
+        Angular, in radians per unit of time.
+    shape : {"sine", "square"}
+        A square wave is positive in the first half of its period; its steps are events.
+    phase : float or Expr
+        In radians.
+
+    Returns
+    -------
+    Expr
+        Of `sf.TIME`. In a force it acts at every time; in an update it is sampled, and of a frequency near that of the
+        sampling little or nothing is left of it.
+
+    Raises
+    ------
+    SceneError
+        If there is no such shape, or if the frequency is no positive number or expression.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> sf.control.dither(0.2, 50)
+    0.2*sin(50*t)
+    >>> x, u = sp.symbols("x u", real=True)
+    >>> system = sf.System([x], [u], [[1]], [0.15 - u / 5 + sf.control.dither(2, 100, shape="square")])
+    >>> floor = sf.Contact("floor", slip=u, normal=1, law=sf.laws.coulomb(0.2))
+    >>> creeping = sf.Scene(system, [floor], {}, {x: 0, u: 0}, horizon=10.0)
+    >>> bool(sf.simulate(creeping).final[0] > 0.1)  # a load below the friction moves the mass
+    True
+    """
+    size, rate, angle = (
+        expression(e, what) for e, what in ((amplitude, "amplitude"), (frequency, "frequency"), (phase, "phase"))
+    )
+    if rate.is_number and not rate > 0:
+        raise SceneError(f"frequency is {frequency}; it must exceed 0")
+    if shape not in ("sine", "square"):
+        raise SceneError(f"shape is {shape!r}; it must be 'sine' or 'square'")
+    wave = sp.sin(rate * TIME + angle)
+    return size * (wave if shape == "sine" else sp.sign(wave))
+
+
 def discrete(
     system: Any, inputs: Sequence[sp.Expr], *, name: str = "controller", offset: _Number = 0.0, delay: _Number = 0.0
 ) -> list[Held]:
@@ -198,7 +252,8 @@ def discrete(
     Parameters
     ----------
     system : control.StateSpace or control.TransferFunction
-        With a sampling time ``dt``.
+        With a sampling time ``dt``, of any number of inputs and outputs. Every entry of a matrix of transfer functions
+        brings states of its own.
     inputs : sequence of Expr, length m
         What is sampled.
     name : str
@@ -213,7 +268,8 @@ def discrete(
     Raises
     ------
     SceneError
-        If the system has no sampling time, or another number of inputs.
+        If the system is of another kind, has no number as sampling time or another number of inputs, or if a
+        transfer function is not proper.
 
     Examples
     --------
@@ -225,22 +281,45 @@ def discrete(
     >>> [h.name for h in sf.control.discrete(smooth, [x], name="filtered")]
     ['filtered.x1', 'filtered']
     """
-    import control
-
-    space = control.ss(system)
-    if not isinstance(space.dt, float | int) or isinstance(space.dt, bool) or not space.dt > 0:
-        raise SceneError(f"the system has the sampling time {space.dt}; give one with dt, as control.c2d(system, T)")
+    A, B, C, D, every = _matrices(system)
     inputs = listed(inputs, "inputs")
-    if len(inputs) != space.ninputs:
-        raise SceneError(f"the system has {space.ninputs} inputs, and {len(inputs)} are given")
-    states = [sp.Symbol(f"{name}.x{k + 1}.previous", real=True) for k in range(space.nstates)]
+    if len(inputs) != B.shape[1]:
+        raise SceneError(f"inputs has {len(inputs)} entries, and the system takes {B.shape[1]}; give one for each")
+    states = [sp.Symbol(f"{name}.x{k + 1}.previous", real=True) for k in range(len(A))]
     both = [*states, *(expression(e, "an input") for e in inputs)]
-    rows = np.hstack([space.A, space.B]), np.hstack([space.C, space.D])
-    updates, outputs = ([_combined(row, both) for row in matrix] for matrix in rows)
+    updates, outputs = ([_combined(row, both) for row in np.hstack(m)] for m in ((A, B), (C, D)))
     names = [name] if len(outputs) == 1 else [f"{name}{k + 1}" for k in range(len(outputs))]
-    every = float(space.dt)
     held = [Held(f"{name}.x{k + 1}", e, every, offset) for k, e in enumerate(updates)]
     return [*held, *(Held(n, e, every, offset, delay) for n, e in zip(names, outputs, strict=True))]
+
+
+def _matrices(system: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]:
+    """Return A, B, C, D and the sampling time of a discrete linear system."""
+    import control
+    from scipy.linalg import block_diag  # slow to import
+
+    if not isinstance(system, control.StateSpace | control.TransferFunction):
+        raise SceneError(
+            f"the system is a {type(system).__name__}; give a control.StateSpace or TransferFunction, with dt"
+        )
+    if system.dt is True:
+        raise SceneError("the system has dt=True, which says no sampling time; give dt as a number")
+    if not system.dt:
+        raise SceneError(f"the system has the sampling time {system.dt}; give one with dt, as control.c2d(system, T)")
+    if isinstance(system, control.StateSpace):
+        return system.A, system.B, system.C, system.D, float(system.dt)
+    parts = []
+    for i, j in np.ndindex(system.noutputs, system.ninputs):
+        try:
+            part = control.tf2ss(control.tf(system.num[i][j], system.den[i][j], system.dt))
+        except ValueError as error:
+            raise SceneError(f"the transfer function from input {j + 1} to output {i + 1}: {error}") from error
+        parts.append((part, np.eye(system.noutputs)[:, [i]], np.eye(system.ninputs)[[j]]))
+    A = block_diag(*(p.A for p, _, _ in parts if p.nstates))
+    A = A if A.size else np.zeros((0, 0))
+    B = np.vstack([np.zeros((0, system.ninputs)), *(p.B @ e for p, _, e in parts)])
+    C = np.hstack([np.zeros((system.noutputs, 0)), *(e @ p.C for p, e, _ in parts)])
+    return A, B, C, sum(e @ p.D @ f for p, e, f in parts), float(system.dt)
 
 
 def _combined(row: np.ndarray, terms: Sequence[sp.Expr]) -> sp.Expr:

@@ -18,6 +18,9 @@ _MOST = 16  # most periods of the excitation, or oscillations of the motion, in 
 # any motion counts as at rest
 _QUIET, _STILL = 1e-3, 1e-6
 _SHRINKING = 0.98  # ratio of the ranges in the last and third quarter below which a motion still shrinks
+# range of a wait relative to that of the motion around it; ratio of the ranges in the last and third quarter of a run
+# above which a motion goes on
+_WAITING, _GOES_ON = 1e-2, 0.1
 _SETTLE = 60  # least settling time of a forced motion, in periods of the excitation
 
 
@@ -96,8 +99,24 @@ def guess_of(run: Run, forcing: float | None) -> Guess:
     looks = np.arange(max(0, last - _MOST), last + 1) * forcing
     returns = run(np.minimum(looks, run.t_final))
     late = run.x[:, run.t > run.t_final - _MOST * forcing]
+    if _waits(run, late):
+        raise NotFound(
+            f"the motion waits and moves on by turns of more than {_MOST} periods of the excitation or the sampling, "
+            "and has no cycle as short as these; look at the motion itself"
+        )
     turns = nearest_return(returns, np.maximum(np.ptp(late, axis=1), 1e-300))
     return Guess(returns[:, -1], 0.0, turns, turns)
+
+
+def _waits(run: Run, late: np.ndarray) -> bool:
+    """Whether the last states, (n_x, n), belong to a wait of a motion that goes on, such as the hunting of a PID."""
+    n = len(run.base.system.q)
+    quarters = [(run.t > a * run.t_final) & (run.t <= (a + 0.25) * run.t_final) for a in (0.5, 0.75)]
+    if not all(np.any(part) for part in quarters) or not late.size:
+        return False
+    before, after = (np.ptp(run.x[:n, part], axis=1) for part in quarters)
+    waiting = np.ptp(late[:n], axis=1) <= _WAITING * after
+    return bool(np.all(waiting) and np.any((after > _GOES_ON * before) & (before > 0)))
 
 
 def _motion(scene: Scene, flow: FlowMap, horizon: float) -> Run:

@@ -7,7 +7,7 @@ import numpy as np
 
 from symfric.axes import Axes, axes_for, legend_above
 from symfric.locks import DRAWING, alone
-from symfric.solve.plotting import labelled, sticking
+from symfric.solve.plotting import labelled, motion_to_draw
 
 if TYPE_CHECKING:
     from symfric.orbits.continuation.branch import Branch
@@ -34,7 +34,7 @@ def plot_orbit(orbit: "Orbit", ax: Axes | None = None) -> Axes:
     """Draw coordinate against velocity over one period, sticking in bold; return the Axes."""
     ax = axes_for(ax)
     t = np.union1d(np.linspace(0, orbit.period, _POINTS), orbit.run.t)
-    x, on = orbit.run(t), sticking(orbit.run, t)
+    _, x, on = motion_to_draw(orbit.run, t)
     n = len(orbit.base.system.q)
     ax.plot(x[0], x[n], linestyle="-" if orbit.stable else "--", label="stable" if orbit.stable else "unstable")
     if on.any():

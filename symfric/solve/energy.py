@@ -7,12 +7,12 @@ import casadi as ca
 import numpy as np
 import sympy as sp
 
-from symfric.errors import SceneError
 from symfric.lower.energy import energy_functions
 from symfric.model.numeric import gauss_legendre
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
 from symfric.solve.input_segments import segments
+from symfric.solve.kicks import brought
 from symfric.solve.lowered import LoweredScene
 from symfric.time_limit import check_time
 
@@ -27,10 +27,12 @@ def energy_residual(run: "Run") -> float:
     r"""Return the largest imbalance of energy along a run, relative to the largest energy converted.
 
     .. math:: T(t) - T(0) - \int_0^t \left(u^T f + \tfrac12 u^T \dot M u + \lambda^T J u\right) dt
+        - \sum \tfrac12 (u^+ + u^-)^T M (u^+ - u^-)
 
     with T the kinetic energy, f all forces but the contacts (potential, damping and input together) and lambda the
-    friction forces, taken at the end of every step. Kinetic energy comes from the states, the powers from the equations
-    of motion evaluated on the dense output, so a wrong mode, a missed event or a jump of the state shows.
+    friction forces, and the sum over the resets up to t, taken at the end of every step. Kinetic energy comes from the
+    states, the powers from the equations of motion evaluated on the dense output and the kicks from the expressions of
+    the resets, so a wrong mode, a missed event or a jump of the state that no reset makes shows.
 
     Parameters
     ----------
@@ -41,14 +43,7 @@ def energy_residual(run: "Run") -> float:
     -------
     float
         Dimensionless; about the tolerance for a correct run.
-
-    Raises
-    ------
-    SceneError
-        If the scene has resets.
     """
-    if run.scene.resets:
-        raise SceneError("the energy that resets bring is not counted; the balance is for scenes without them")
     if run.raw.path is None:
         run = run.settings.build(LoweredScene(run.scene.wanting({"path": Trajectory()})), run.tolerance).run()
     return imbalance(run, *energy_functions(run.scene), run.scene.numbers())
@@ -68,6 +63,7 @@ def imbalance(run: "Run", power: ca.Function, kinetic: ca.Function, numbers: Map
     path = run.path
     if path.coefficients.shape[0] == 0:
         return 0.0
+    kicks = brought(run, kinetic, numbers, lambda times: _parameters(run.base, numbers, times))
     worst, largest, start, work, moved = 0.0, 1e-300, 0.0, 0.0, 0.0
     steps = max(1, _AT_ONCE // (_NODES * path.coefficients.shape[1]))
     for first in range(0, len(path.h), steps):
@@ -75,8 +71,8 @@ def imbalance(run: "Run", power: ca.Function, kinetic: ca.Function, numbers: Map
         piece = slice(first, first + steps)
         parameters, applied, contact = _powers(run, power, numbers, piece)
         share = path.h[piece, None] * gauss_legendre(_NODES)[1]
-        worked = np.cumsum([work, *(share * (applied + contact)).sum(axis=1)])[1:]
-        shifted = np.cumsum([moved, *(share * applied).sum(axis=1)])[1:]
+        worked = np.cumsum([work, *((share * (applied + contact)).sum(axis=1) + kicks[piece])])[1:]
+        shifted = np.cumsum([moved, *((share * applied).sum(axis=1) + kicks[piece])])[1:]
         after = path.coefficients[first + 1 : first + 1 + len(worked), :, 0].T
         ends = np.column_stack([path.coefficients[first, :, 0], after, *([run.final] * (len(worked) - after.shape[1]))])
         energy = np.array(kinetic(ends, parameters[:, :1])).ravel()

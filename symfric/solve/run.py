@@ -235,17 +235,62 @@ class Run(ArrayResult):
     def __call__(self, t: npt.ArrayLike) -> np.ndarray:
         """Return the state at times t by dense output, shape (n_x, ...).
 
+        At a jump of a held variable or a reset it is the state after it, as in `x`; `before` is the one before it.
+
         Raises
         ------
         SceneError
             If the trajectory is not an output, or a time lies outside the run.
         """
-        t = numbers_of(t, "t")
-        if t.size and not (np.min(t) >= 0 and np.max(t) <= self.t_final * (1 + 1e-15)):
-            raise SceneError(f"the run covers 0 to {self.t_final:g}; asked for {np.min(t):g} to {np.max(t):g}")
-        if not self.path.t.size:  # the run failed in its first step
-            return np.multiply.outer(self.final, np.ones(t.shape))
-        return self.path(t)
+        t = self._within(t)
+        return self.path(t) if self.path.t.size else self._still(t)
+
+    def before(self, t: npt.ArrayLike) -> np.ndarray:
+        """Return the state just before times t, shape (n_x, ...); only at jumps it differs from `run(t)`.
+
+        Parameters
+        ----------
+        t : array_like of float
+            Such as `jumps`.
+
+        Returns
+        -------
+        ndarray
+
+        Raises
+        ------
+        SceneError
+            If the trajectory is not an output, or a time lies outside the run.
+
+        Examples
+        --------
+        >>> import sympy as sp
+        >>> import symfric as sf
+        >>> x, u = sp.symbols("x u", real=True)
+        >>> kick = sf.Reset(at=[1.0], set={u: u + 3})
+        >>> scene = sf.Scene(sf.System([x], [u], [[1]], [0]), [], {}, {x: 0, u: 1}, 2.0, resets=[kick])
+        >>> run = sf.simulate(scene)
+        >>> run.before(1.0)[1].item(), run(1.0)[1].item(), run.jumps
+        (1.0, 4.0, array([1.]))
+        """
+        t = self._within(t)
+        return self.path.before(t) if self.path.t.size else self._still(t)
+
+    @property
+    def jumps(self) -> np.ndarray:
+        """Times at which a state jumps, shape (n,): held variables that change, and resets."""
+        return self.path.t[self.path.jumps]
+
+    def _within(self, t: npt.ArrayLike) -> np.ndarray:
+        """Return times as an array; raise on one outside the run."""
+        times = numbers_of(t, "t")
+        if times.size and not (np.min(times) >= 0 and np.max(times) <= self.t_final * (1 + 1e-15)):
+            raise SceneError(f"the run covers 0 to {self.t_final:g}; asked for {np.min(times):g} to {np.max(times):g}")
+        return times
+
+    def _still(self, t: np.ndarray) -> np.ndarray:
+        """Return the states of a run that failed in its first step."""
+        return np.multiply.outer(self.final, np.ones(t.shape))
 
     @cached_property
     def events(self) -> tuple[Event, ...]:

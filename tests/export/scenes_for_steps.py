@@ -25,6 +25,15 @@ def pair(first):
     return sf.Scene(system, [first, belt], {v_b: 0.1, k: 1.3}, {x: 0.5, u: 0, x2: 0, u2: 0.05}, 12.0)
 
 
+def commanded(*updates, force=PUSH, slip=u, load=1, resets=()):
+    """Return a mass with held variables c1, c2, ... in its force, slip or load."""
+    held = [sf.Held(f"c{n + 1}", *update) for n, update in enumerate(updates)]
+    floor = sf.Contact("floor", slip=slip, normal=load, law=sf.laws.stribeck(0.4, 0.3, 0.2))
+    return one(force, [floor], held=held, resets=resets)
+
+
+C1, C2 = sp.symbols("c1 c2", real=True)
+C1_BEFORE = sp.Symbol("c1.previous", real=True)
 WAVE = sf.Signal([0.0, 1.0, -1.0, 0.5, -0.5, 0.8, 0.0] * 2, dt=0.8)
 SHAKEN = sf.Contact(
     "table", slip=u - sp.cos(sf.TIME) / 3, normal=1 + sp.sin(2 * sf.TIME) / 2, law=sf.laws.coulomb(0.7, 0.5)
@@ -41,4 +50,15 @@ SCENES = {
     "pad between masses": pair(sf.Contact("pad", slip=u - u2, normal=0.3, law=sf.laws.stribeck(0.5, 0.3, 0.2))),
     "two belts": pair(sf.Contact("other", slip=u - v_b, normal=1, law=sf.laws.cubic(0.5, 0.3, 0.2))),
     "record": one(-x - u / 10 + a_g, floor(COULOMB), inputs={a_g: WAVE}),
+    "sampled": commanded((-2 * x - u + C1_BEFORE / 4, 0.4), force=PUSH + C1),
+    "late samples": commanded((-x - u, 0.4, 0.01, 1.0), (-C1 / 2 + sp.Max(0, x), 1.2, 0.02, 0.3), force=PUSH + C1 + C2),
+    "rounded samples": commanded((-2 * x - u, 0.35, 0.0, 0.1, 0.0, 0.01), force=PUSH + C1),
+    "commanded belt": commanded((sp.sign(sp.sin(sf.TIME)) / 3, 0.33), force=-x / 4, slip=u - C1),
+    "commanded load": commanded((1 + sp.sin(sf.TIME) ** 2, 0.33), load=1 + C1 / 2),
+    "kicked": commanded(
+        resets=[
+            sf.Reset(at=[0, 1.234, 3, 6], set={u: [u + 1, -u, 0, u - 1]}),
+            sf.Reset(every=2, offset=0.5, set={x: x + 0.1}),
+        ]
+    ),
 }

@@ -129,6 +129,7 @@ REFUSED = {
     "hold the same motion": parallel,
     "jumps from cell to cell": cells,
     "infinite slope": lambda: one(PUSH, floor(sf.laws.cubic(0.4, 0.25, 0.5).averaged(0.3))),
+    "resets with guard= are not exported": lambda: one(-x, resets=[sf.Reset(guard=x, set={u: -u / 2})]),
     "no value for k": lambda: one(-k * x, values={k: None}),
 }
 
@@ -161,3 +162,44 @@ def test_a_start_at_the_bound_is_decided_by_what_follows(way):
     run = sf.export.stepper(scene, 0.1).run()
     assert np.all(run["mode"].values[0, 1:] == (1 if way > 0 else 0))
     assert float(run.x[0, -1]) == pytest.approx(sf.simulate(scene, 1e-11).final[0], rel=1e-9)
+
+
+def test_samples_happen_at_their_instants_whatever_the_step():
+    scene = SCENES["sampled"].wanting({"path": sf.Trajectory()})
+    exact = sf.simulate(scene, 1e-12)
+    for h in (0.1, 0.04, 0.013):  # whole parts of the period and not
+        run = sf.export.stepper(scene, h).run(until=11.0)
+        command = run.x.sel(state="c1").values
+        assert np.max(np.abs(command - exact(run.t.values + 1e-12)[2])) < 0.2 * h**4
+        assert np.count_nonzero(np.diff(command)) == round(11.0 / 0.4 - 0.5)
+
+
+def test_a_start_at_any_time_knows_which_samples_have_been():
+    scene = SCENES["late samples"]
+    s, run = sf.export.stepper(scene, 0.01), sf.simulate(scene, 1e-12)
+    for begin in (0.005, 0.4, 1.2, 3.333):
+        y, now = run.before(begin), begin
+        y, m = s.start(y, now, s.values, [], [])
+        for _ in range(200):
+            y, m, status = s.advance(y, m, now, s.values, [], [], 0.01)
+            now += 0.01
+            assert status == 0
+        assert np.max(np.abs(np.array(y).ravel() - run(now + 1e-12))) < 1e-9
+
+
+@pytest.mark.parametrize("name", ["kicked", "commanded belt"])
+def test_a_slip_that_jumps_ends_sticking_as_in_the_event_driven_run(name):
+    run, exact = sf.export.stepper(SCENES[name], 0.01).run(), sf.simulate(SCENES[name], 1e-12)
+    t = run.t.values
+    step = exact.path.step_of(t)
+    clear = (t - exact.path.t[step] > 1e-6) & (exact.path.t[step] + exact.path.h[step] - t > 1e-6)
+    assert np.array_equal(run["mode"].values[0][clear], exact.path.mode[step[clear], 0])
+    releases = [e.t for e in exact.events if e.before == 0]
+    assert np.any(np.isin(np.round(releases, 9), np.round(exact.jumps, 9)))
+    assert set(np.unique(run["mode"])) == {-1, 0, 1}
+
+
+def test_more_samples_in_a_step_than_it_takes_are_refused():
+    with pytest.raises(sf.SceneError, match="5 of their instants fall into it, and it takes events=4"):
+        sf.export.stepper(SCENES["sampled"], 2.0)
+    assert sf.export.stepper(SCENES["sampled"], 2.0, events=9).run(until=4.0).status.max() == 0

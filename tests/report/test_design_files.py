@@ -17,6 +17,7 @@ KINDS = [plan.kind for plan in PLANS]
 SHOWN = {
     "quench": r"Asked: the smallest intensity .* in proportion to the measured belt speed\.",
     "damper": r"for the smallest peak of .* over .* from 1 to 1\.2\.",
+    "controller": r"Asked: the largest .* with which a half range of at most 0\.1 is left by .* = .*150.*",
     "sprung_foundation": r"an absorber of equal mass stabilises",
     "collocation": r"functions of time that reach <math>.*in the least time\.",
 }

@@ -99,6 +99,7 @@ MODEL = {
     "control.pid": lambda k: str(sf.control.pid(X, 0, 1 + k, 1, 0.5, every=0.1, limits=(-1, 1))),
     "control.state_feedback": lambda k: str(sf.control.state_feedback([X, U], [1.0, 2.0 + k], every=0.1)),
     "control.friction_compensation": lambda k: str(sf.control.friction_compensation(U, 0.3 + 0.1 * k, every=0.1)),
+    "control.dither": lambda k: str(sf.control.dither(0.1, 20 + k, shape="square")),
     "control.discrete": lambda k: str(sf.control.discrete(control.ss(0.9, 0.1, 1.0 + k, 0.0, dt=0.1), [X])),
     "laws.coulomb": lambda k: sf.laws.coulomb(0.4, 0.3 - 0.01 * k)(0.5),
     "laws.lorentz": lambda k: sf.laws.lorentz(0.3, 0.1 + 0.01 * k, 0.4).averaged(0.2)(np.linspace(0.1, 1, 5)),
@@ -314,6 +315,9 @@ SLOW = {
     "design.damper": lambda k: sf.design.damper(belt(k), "beta", (0.0, 1.0), (0.3, 0.45)).to_dict(),
     "design.positioning": lambda k: sf.design.positioning(
         sf.scenes.drive_slide(mu1=-0.25, mu2=0.125, p_star=0.5, epsilon=0.1, sigma=0.1), "sigma", (0, 1), (1.25, 5)
+    ).to_dict(),
+    "design.controller": lambda k: sf.design.controller(
+        sf.scenes.positioning_stage(k_p=4.0, k_d=2.0, k_i=1.0, x0=0.5, horizon=120.0), "k_i", (0.5, 7.0), half_range=0.1
     ).to_dict(),
     "design.contact_damper": lambda k: sf.design.contact_damper(
         sf.scenes.contact_damper(f_n=3.5, mu_m=0.1), {"f_n": (1.0, 12.0)}

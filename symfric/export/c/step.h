@@ -23,7 +23,8 @@ extern const double scene__initial[SCENE__ARRAY(SCENE__STATES)];        /* start
    are none. */
 void scene__reset(scene__state *s, const double *p, const double *v);
 
-/* Find which contacts stick at the state s->x and the time s->t. */
+/* Find which contacts stick at the state s->x and the time s->t, and which samples of held variables and resets have been;
+   those whose instant is s->t happen now. */
 void scene__begin(scene__state *s, const double *p, const double *v);
 
 /* Go on by SCENE__STEP with the inputs v at s->t and their slopes dv, NULL for constant ones. Return 0 if all is right,

@@ -21,7 +21,7 @@ from symfric.orbits.steady_state import Schedule, Settling
 from symfric.report.study.measurement import PATH, as_run
 from symfric.scenefile import SceneFile, belt_speeds
 from symfric.scenefile.writing import read_tables, tables_of, with_friction_values, with_numbers, written
-from symfric.solve.plotting import sticking
+from symfric.solve.plotting import motion_to_draw
 from symfric.solve.routes import Program, prepare
 from symfric.solve.run import Run
 
@@ -128,10 +128,10 @@ class Explorer:
         begin = (1 - SHOWN) * run.t_final if excited else 0.0
         within = run.t[run.t >= begin]
         t = np.union1d(np.linspace(begin, run.t_final, SAMPLES), within[:: max(1, within.size // SAMPLES)])
-        states, n = run(t), len(self.file.scene.system.q)
+        n = len(self.file.scene.system.q)
         velocity = self.file.scene.system.u[coordinate]
         rubbing = [velocity in c.slip.free_symbols for c in self.file.scene.contacts]
-        held = sticking(run, t, rubbing)
+        t, states, held = motion_to_draw(run, t, rubbing)
         return View(t, states[coordinate], states[n + coordinate], held, speed, force, slow, run.advice)
 
     def half_range(self, values: Numbers, at: float, initial: Numbers = NO_NUMBERS, coordinate: int = 0) -> float:

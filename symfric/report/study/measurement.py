@@ -25,6 +25,7 @@ from symfric.orbits.steady_state import (
     weights_of,
 )
 from symfric.scenefile import SweepPlan
+from symfric.solve.plotting import motion_to_draw
 from symfric.solve.routes import simulate
 
 SAMPLES = 4000  # samples of a motion to draw
@@ -40,6 +41,7 @@ class SampledMotion:
     Attributes
     ----------
     t : ndarray, shape (n_t,)
+        At a jump of a state twice.
     x : ndarray, shape (n_x, n_t)
     names : tuple of str
         States, and named rows of a structure.
@@ -85,7 +87,7 @@ def motion(scene: Scene, also: Mapping[str, Output] = MappingProxyType({}), tole
     steps = run.t[run.t <= run.t_final]
     t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), steps[:: 1 + steps.size // MOST_STEPS])
     scalars = {k: float(v) for k, v in run.outputs.items() if isinstance(v, float)}
-    x = run(t)
+    t, x, _ = motion_to_draw(run, t)
     points = [s.name for s in scene.system.rows if s.name.isidentifier()]
     return SampledMotion(
         t,

@@ -30,6 +30,7 @@ from symfric.report.study.measurement import SampledMotion, contact_outputs, mot
 from symfric.report.study.section import Progress, Section, StudyResult, csv_text
 from symfric.scenefile import SceneFile, belt_speeds
 from symfric.scenefile.units import output_unit
+from symfric.solve.plotting import acting
 
 MOST_COORDINATES = 6
 STILL = 1e-4  # half range over the largest displacement below which a motion counts as at rest
@@ -113,7 +114,25 @@ def pictures(motion: SampledMotion, file: SceneFile) -> list[Picture]:
         shown.append(
             Picture(to_svg(ax), f"Phase portrait: {u} against {q}, sticking marked", f"Velocity {u} against {q}.")
         )
+    if held := [h.name for h in acting(scene)][:MOST_COORDINATES]:
+        ax = plot_held(motion, held, file.units)
+        shown.append(Picture(to_svg(ax), f"{', '.join(held)} against time, in steps", "Held variables."))
     return shown
+
+
+def plot_held(motion: SampledMotion, names: Sequence[str], units: Mapping[str, str], ax: Axes | None = None) -> Axes:
+    """Draw held variables against time."""
+    ax = new_axes() if ax is None else ax
+    for name, colour in zip(names, COLOURS, strict=False):
+        ax.plot(motion.t, motion.x[motion.names.index(name)], color=colour, linewidth=1.0, label=label(name, {}))
+    ax.set_xlim(motion.t[0], motion.t[-1])
+    ax.set_xlabel(label("t", units))
+    shared = {units.get(n, "") for n in names}
+    unit = shared.pop() if len(shared) == 1 else ""
+    ax.set_ylabel(label(names[0], units) if len(names) == 1 else "held variables" + in_brackets(unit))
+    if len(names) > 1:
+        legend(ax, 6)
+    return tidy(ax)
 
 
 def plot_time_history(

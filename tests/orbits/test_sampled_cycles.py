@@ -1,0 +1,140 @@
+"""Hunting of sampled controllers: cycles against arcs of circles, the ends of their branches, and motions beside these."""
+
+import functools
+
+import numpy as np
+import pytest
+import sympy as sp
+from scipy.optimize import brentq, fsolve
+
+import symfric as sf
+
+x, u = sp.symbols("x u", real=True)
+D, T, tau, L, C, k = sp.symbols("D T tau L C k", positive=True)
+VALUES = {"D": 16.0, "T": 0.2, "tau": 0.03, "L": 1.0, "C": 0.2, "k": 1.0}
+
+
+@functools.cache
+def made(delayed):
+    """Return a sprung mass with sampled damping, whose force is limited: with a slow clock it shakes the mass."""
+    command = sf.Held("cmd", sp.Max(-L, sp.Min(L, -D * u)), every=T, delay=tau if delayed else 0)
+    values = {s: VALUES[s.name] for s in (D, T, L, C, k, *([tau] if delayed else []))}
+    system = sf.System([x], [u], [[1]], [-k * x + command.symbol])
+    rail = sf.Contact("rail", u, 1, sf.laws.coulomb(C))
+    return sf.Scene(system, [rail], values, {x: 0.0, u: 0.1}, 100.0, held=[command])
+
+
+def arc(state, force, length, k):
+    """Return position and velocity of x'' = force - k x after a time."""
+    w, centre = np.sqrt(k), force / k
+    c, s = np.cos(w * length), np.sin(w * length)
+    return np.array([centre + (state[0] - centre) * c + state[1] / w * s, (centre - state[0]) * w * s + state[1] * c])
+
+
+def shaken(T, tau=0.0, L=1.0, C=0.2, k=1.0):
+    """Return position and speed at the samples of the symmetric cycle at the limits of the command, of the period 2 T.
+
+    The third number is the position at the stop between them.
+    """
+
+    def gaps(unknown):
+        place, speed, stop = unknown
+        turned = arc(arc((place, speed), L - C, tau, k), -L - C, stop - tau, k)
+        end = arc(turned, -L + C, T - stop, k)
+        return turned[1], end[0] + place, end[1] + speed
+
+    start = 0.0, (L**2 - C**2) * T / (2 * L), T / 2
+    found, _, _, words = fsolve(gaps, start, xtol=1e-13, full_output=True)
+    assert np.max(np.abs(gaps(found))) < 1e-13, words
+    place, speed, stop = found
+    return place, speed, arc(arc((place, speed), L - C, tau, k), -L - C, stop - tau, k)[0]
+
+
+def cycle(delayed=False, **values):
+    return sf.limit_cycle(made(delayed).where(values))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_cycle_at_the_limits_is_two_arcs_a_half_period(seed):
+    rng = np.random.default_rng(seed)
+    delayed = seed % 2 == 1
+    values = {"T": rng.uniform(0.15, 0.4), "L": rng.uniform(0.8, 2), "k": rng.uniform(0.2, 2), "D": 40.0}
+    values["C"] = rng.uniform(0.1, 0.3) * values["L"]
+    values |= {"tau": 0.2 * values["T"]} if delayed else {}
+    expected = shaken(**{n: v for n, v in values.items() if n != "D"})
+    scene = made(delayed).where(values).starting({"x": expected[0], "u": expected[1]})
+    scene = scene.starting({"cmd": values["L"]})
+    orbit = sf.limit_cycle(scene)
+    assert orbit.stable
+    assert orbit.period == pytest.approx(2 * values["T"], rel=1e-14)
+    assert np.abs(orbit.start[:2]) == pytest.approx(np.abs(expected[:2]), abs=1e-11)
+
+
+def border(name, T=0.2, tau=0.0):
+    """Return where a command at its limits would leave them: D |u| = L at the samples, at fixed other values."""
+    if name == "D":
+        return 1 / shaken(T, tau)[1]
+    if name == "T":
+        return brentq(lambda t: VALUES["D"] * shaken(t, tau)[1] - 1, 0.1, 0.4, xtol=1e-14)
+    return brentq(lambda late: VALUES["D"] * shaken(T, late)[1] - 1, 0.0, 0.1, xtol=1e-14)
+
+
+BRANCHES = [("D", (5, 30), False), ("D", (5, 30), True), ("T", (0.05, 0.5), False), ("T", (0.05, 0.5), True)]
+
+
+@pytest.mark.parametrize(("name", "span", "delayed"), [*BRANCHES, ("tau", (0.002, 0.15), True)])
+def test_branches_end_or_turn_where_hunting_ends(name, span, delayed):
+    branch = sf.continue_cycle(made(delayed), name, span, start=cycle(delayed))
+    expected = border(name, tau=VALUES["tau"] if delayed and name != "tau" else 0.0)
+    reached = max(branch.values) if name == "tau" else min(branch.values)
+    assert reached == pytest.approx(expected, rel=3e-6)
+    assert max(span) in branch.values or name == "tau"
+    folds = [s.value for s in branch.special if s.kind == "fold"]
+    if folds:  # it turns back, to a cycle that is unstable
+        assert folds == [pytest.approx(expected, rel=1e-7)]
+        assert {bool(o.stable) for o in branch.orbits} == {True, False}
+
+
+@pytest.mark.parametrize(("name", "delayed"), [("D", False), ("D", True), ("T", False), ("T", True), ("tau", True)])
+def test_motions_hunt_on_one_side_of_the_border_only(name, delayed):
+    edge = border(name, tau=VALUES["tau"] if delayed and name != "tau" else 0.0)
+    program = sf.prepare(made(delayed).wanting({"rest": sf.StopTime()}), 1e-9)
+    speeds = np.linspace(0.01, 0.4, 40)
+    for share, hunts in ((0.99, name == "tau"), (1.01, name != "tau")):
+        batch = program.map({name: share * edge}, {"u": speeds, "cmd": 1.0})
+        assert np.all(batch.status == 0)
+        assert np.any(np.isnan(batch.outputs["rest"])) == hunts
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_multipliers_of_cycles_at_the_limits(seed):
+    """Between stops areas of the phase plane stay; at a stop they change by the ratio of the accelerations."""
+    rng = np.random.default_rng(seed)
+    values = {"T": rng.uniform(0.15, 0.4), "C": rng.uniform(0.1, 0.3), "tau": rng.uniform(0.01, 0.04)}
+    place, speed, stop = shaken(**values)
+    start = {"x": place, "u": speed, "cmd": 1.0}
+    orbit = sf.limit_cycle(made(True).where({**values, "D": 40.0}).starting(start))
+    ratio = (1 - values["C"] + stop) / (1 + values["C"] + stop)
+    assert np.prod(orbit.multipliers[:2]) == pytest.approx(ratio**2, rel=1e-9)
+    assert np.all(orbit.multipliers[2:] == 0)
+
+
+def test_hunting_of_a_sampled_pid_has_no_cycle_and_nears_that_of_a_continuous_one():
+    expected = sf.theory.hunting(k_p=4.0, k_i=1.0, k_d=1.0, F_s=1.5, F_c=1.0)
+    off = []
+    for period in (0.08, 0.04, 0.02):
+        held = sf.control.pid(x, 0, kp=4.0, ki=1.0, kd=1.0, every=period, rate=u)
+        guide = sf.Contact("guide", u, 1, sf.laws.coulomb(1.5, 1.0))
+        system = sf.System([x], [u], [[1]], [held[-1].symbol])
+        scene = sf.Scene(system, [guide], {}, {x: 0.5, u: 0.0}, 1500.0, held=held)
+        run = sf.simulate(scene, 1e-9).checked()
+        stops = np.array([e.t for e in run.events if e.after == 0 and e.t > 300])
+        places = np.abs(run(stops)[0])
+        turns = np.diff([e.t for e in run.events if e.before == 0 and e.t > 300])
+        off.append((np.mean(places) / expected.offset - 1, 2 * np.mean(turns) / expected.period - 1))
+        if period == 0.08:
+            with pytest.raises(sf.NotFound, match="waits and moves on"):
+                sf.limit_cycle(scene)
+    off = np.abs(off)
+    assert np.all(off[-1] < 0.02)
+    assert np.all(off[1:] < 0.7 * off[:-1])
