@@ -38,6 +38,7 @@ from .model.outputs import (
     Trajectory as Trajectory,
     dissipated_power as dissipated_power,
     friction_force as friction_force,
+    normal_force as normal_force,
     slip as slip,
     stored_energy as stored_energy,
 )
@@ -45,7 +46,9 @@ from .model.resets import Reset as Reset
 from .model.scene import Scene as Scene
 from .model.scenes.isolator import patched_floor as patched_floor
 from .model.symbols import SPEED as SPEED, TIME as TIME
+from .model.stops import stops as stops
 from .model.system import Contact as Contact, Signal as Signal, System as System
+from .model.unilateral import Unilateral as Unilateral
 from .orbits.continuation.branch import Branch as Branch, Special as Special, continue_cycle as continue_cycle
 from .orbits.continuation.codim1 import Curve as Curve, continue_special as continue_special
 from .orbits.cycle import Orbit as Orbit, limit_cycle as limit_cycle

@@ -45,6 +45,7 @@ PLACES = (
     ("scene", structure_tables.StructureScene),
     ("scene.structure", structure_tables.Source),
     ("friction", contact_tables.FrictionTable),
+    ("friction", contact_tables.OwnFriction),
     ("friction", contact_tables.RowFriction),
     ("held.NAME", held.HeldTable),
     ("reset", held.ResetTable),

@@ -218,7 +218,7 @@ def fingerprint(scene: Scene) -> str:
     system = scene.system
     parts = [sp.srepr(e) for e in (*system.states, *system.expressions)]
     for c in scene.contacts:
-        parts += [c.name, *(sp.srepr(e) for e in (c.slip, c.normal, c.profile, *c.law.expressions))]
+        parts += [c.name, *map(sp.srepr, c.expressions)]
     parts += sorted(f"{s.name} = {v.hex()}" for s, v in scene.parameter_values().items())
     parts += [f"{s.name} starts at {_plain(v)}" for s, v in scene.initial.items()]
     parts += [f"{n} is {_output(o)}" for n, o in scene.outputs.items()]

@@ -89,6 +89,10 @@ def _refuse(scene: Scene, automaton: Automaton) -> None:
             "held variables with when= and resets with guard= are not exported, those at known times are; export the "
             "rest, with what they change as an input"
         )
+    for c in scene.contacts_that_open:
+        raise SceneError(
+            f"contact {c.name!r} opens and strikes, which is not exported; leave it out, and give its load as an input"
+        )
     for c in scene.contacts:
         if c.law.steep:
             raise SceneError(

@@ -275,8 +275,5 @@ def _later(scene: Scene) -> Scene:
         z_rate=tuple(map(_shift, system.z_rate[:own])),
         made=0,
     )
-    contacts = tuple(
-        replace(c, slip=_shift(c.slip), normal=_shift(c.normal), law=c.law.where({TIME: TIME + LATER}))
-        for c in scene.contacts
-    )
+    contacts = tuple(replace(c.rewritten(_shift), law=c.law.where({TIME: TIME + LATER})) for c in scene.contacts)
     return replace(scene, system=moved, contacts=contacts, values={**scene.values, LATER: 0.0})

@@ -24,12 +24,14 @@ import sympy as sp
 from symfric.lower.clocks import Clocks
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS
 from symfric.lower.contact_dynamics import ContactDynamics
+from symfric.lower.impacts import impact_of
 from symfric.lower.linear_part import applied_in
 from symfric.lower.load_sharing import rooms_left
 from symfric.lower.mode_layout import ModeLayout
+from symfric.lower.normal_forces import least_normal_forces, with_normal_forces
 from symfric.lower.spring_sliders import transition_of
 from symfric.model.constant_parameters import constants
-from symfric.model.outputs import dissipated_power, friction_force, slip, stored_energy
+from symfric.model.outputs import dissipated_power, friction_force, normal_force, slip, stored_energy
 from symfric.model.scene import Scene
 
 
@@ -77,6 +79,8 @@ class Automaton:
         ``(y, t, p, m, hit, zero) -> (y, m, zero)``: what the events of the contacts of other kinds do, with 1 for each
         of their guards that is hit and 0 for the others, and 1 for each that starts the mode at zero. Needed if the
         layout has such contacts.
+    impact : casadi.Function, optional
+        What contacts that open do when they strike, see `symfric.lower.impacts.impact_of`.
     """
 
     field: ca.Function
@@ -94,6 +98,7 @@ class Automaton:
     parallels: tuple[int, ...]
     dependent: tuple[bool, ...]
     transition: ca.Function | None = None
+    impact: ca.Function | None = None
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -140,7 +145,8 @@ def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automa
     """Build the automaton of contact dynamics; defines the forces and slips that observables may contain."""
     rate, friction = model.accelerations(tested=False)
     guards, observables, loads = observed(model, friction, rows)
-    out = [ca.densify(e) for e in (ca.vertcat(model.u, rate, model.z_rate), guards, observables)]
+    rate, (z_rate, guards, observables) = with_normal_forces(model, rate, [model.z_rate, guards, observables])
+    out = [ca.densify(e) for e in (ca.vertcat(model.u, rate, z_rate), guards, observables)]
     mode = ca.vertcat(model.s, model.d, *model.switches.signs, *(spring.variables for spring in model.springs))
     others = tuple(spring.layout for spring in model.springs)
     names = ["rate", "guards", "rows"]
@@ -161,6 +167,7 @@ def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automa
         parallels=tuple(k for k, _ in model.parallels),
         dependent=tuple(model.dependent),
         transition=transition_of(model.springs, model.y, model.t, model.p, mode),
+        impact=impact_of(model),
     )
 
 
@@ -177,6 +184,7 @@ def observed(model: ContactDynamics, friction: ca.SX, rows: Sequence[sp.Expr]) -
     contacts, w, load, s, d = model.contacts, model.slip, model.load, model.s, model.d
     guards: list[ca.SX] = []
     friction, rooms = rooms_left(model, friction)
+    opens = {e.line: e.mode for e in model.openings}
     for i, (behind, ahead) in enumerate(rooms):
         if contacts[i].law.smooth:
             guards += [d[i] * w[i], ca.SX(1)]
@@ -184,17 +192,24 @@ def observed(model: ContactDynamics, friction: ca.SX, rows: Sequence[sp.Expr]) -
             sticks, idle = s[i] > 0.5, s[i] == FOLLOWS
             if model.dependent[i]:
                 idle = ca.logic_or(idle, s[i] == AT_BOUND)
-            guards += [ca.if_else(idle, w[i], ca.if_else(sticks, behind, d[i] * w[i]))]
-            guards += [ca.if_else(idle, -w[i], ca.if_else(sticks, ahead, 1))]
+            own = [ca.if_else(idle, w[i], ca.if_else(sticks, behind, d[i] * w[i]))]
+            own += [ca.if_else(idle, -w[i], ca.if_else(sticks, ahead, 1))]
+            guards += [e if i not in opens else ca.if_else(opens[i] > 0.5, 0, e) for e in own]
     for i, c in enumerate(contacts):
         model.define(friction_force(c.name), friction[i])
+        if c.unilateral is None:
+            model.define(normal_force(c.name), model.read(c.normal))
         model.define(slip(c.name), w[i])
         stored, gained = model.energy(i)
         model.define(stored_energy(c.name), load[i] * stored)
         model.define(dissipated_power(c.name), -friction[i] * w[i] - load[i] * gained)
     observables = model.vector(list(rows))
     _ = model.z_rate  # its kinks are switches with guards, too
-    loads = tuple(c.name for c in contacts if _may_lift((c.normal * c.profile).xreplace(model.constants), model))
+    loads = tuple(
+        c.name
+        for c in contacts
+        if c.unilateral is None and _may_lift((c.normal * c.profile).xreplace(model.constants), model)
+    )
     guards += model.switches.guards
     guards += [load[i] for i, c in enumerate(contacts) if c.name in loads]
     guards += [guard for spring in model.springs for guard in spring.guards]
@@ -224,6 +239,9 @@ def _gauge(model: ContactDynamics) -> ca.Function:
         e for s in model.springs if not isinstance(s, Clocks) for e in ca.vertsplit(s.variables)
     ]  # then their forces are largest
     shown = ca.substitute([ca.densify(e) for e in out], moving, [ca.SX(1)] * len(moving)) if moving else out
+    if model.openings:
+        pressed = [e.force for e in model.openings]
+        shown = ca.substitute([ca.densify(e) for e in shown], pressed, ca.vertsplit(least_normal_forces(model)))
     shown = model.unswitched([ca.densify(e) for e in shown])
     return ca.Function("gauge", [model.y, model.t, model.p], shown, ["y", "t", "p"], names)
 

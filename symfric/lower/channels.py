@@ -94,6 +94,8 @@ def channels_of(scene: Scene, varied: frozenset[str] = frozenset()) -> Channels:
     part = scene.system.linear
     if part is None or scene.system.mass is not None:
         raise NoRoute("the masses are expressions")
+    if scene.contacts_that_open:
+        raise NoRoute("a contact opens")
     fixed = constants(scene, varied)
     for c in scene.contacts:
         if c.law.steep or c.slip.free_symbols & {*scene.system.q, *(s for s, r in part.rows.items() if r.of == "q")}:

@@ -30,8 +30,9 @@ from symfric.lower.mode_layout import JUST_AFTER
 from symfric.lower.printer import Printer, Switches
 from symfric.lower.slider_sets import SliderSet
 from symfric.lower.spring_sliders import Spring, with_forces
+from symfric.lower.unilateral import Opening
 from symfric.model.laws.memory import SIDE, SLIP
-from symfric.model.outputs import dissipated_power, friction_force, slip, stored_energy
+from symfric.model.outputs import dissipated_power, friction_force, normal_force, slip, stored_energy
 from symfric.model.scene import Scene
 from symfric.model.springs import spring_of
 from symfric.model.symbols import SPEED, TIME
@@ -78,7 +79,10 @@ class ContactDynamics:
     contacts : tuple of Contact
         Those along a line.
     springs : list of Spring
-        The contacts behind springs; their forces are among the applied ones.
+        The contacts behind springs; their forces are among the applied ones. Then the normal directions of contacts
+        that open, last the clocks.
+    openings : list of Opening
+        The contacts that open. Graphs contain symbols of their normal forces, see `symfric.lower.normal_forces`.
     """
 
     def __init__(
@@ -92,7 +96,7 @@ class ContactDynamics:
         rows: Mapping[sp.Symbol, ca.SX] | None = None,
     ) -> None:
         self.contacts = tuple(c for c in contacts if c.along_line)
-        behind = tuple(c for c in contacts if not c.along_line)
+        behind = tuple(c for c in contacts if not c.along_line and not c.frictionless)
         self.system, self.inputs = with_forces(system, behind), tuple(inputs)
         self.constants, free = dict(constants or {}), free or {}
         self.y, self.t = ca.SX.sym("y", len(system.states)), ca.SX.sym("t")
@@ -113,6 +117,7 @@ class ContactDynamics:
             symbols[s] = value + slope * (self.t - start)
         self.moving = {*system.states, *system.rows, TIME, *self.inputs, *free}
         self._print = Printer(symbols, self.moving, self.switches)
+        self.openings = self._openings(contacts)
         n_c = len(self.contacts)
         self.s, self.d = ca.SX.sym("s", n_c), ca.SX.sym("d", n_c)
         slips, loads, frictions = [], [], []
@@ -124,9 +129,26 @@ class ContactDynamics:
             else:
                 frictions.append(-self.d[i] * loads[i] * self.kinetic(i, self.d[i] * slips[i]))
         self.slip, self.load, self._sliding = (_column(e) for e in (slips, loads, frictions))
-        self.springs: list[Spring | SliderSet | Clocks] = [
+        self.springs: list[Spring | SliderSet | Opening | Clocks] = [
             self._sliders(c) if c.law.memory else self._spring(c) for c in behind
         ]
+        self.springs += self.openings
+
+    def _openings(self, contacts: Sequence[Contact]) -> list[Opening]:
+        """Return the contacts that open, stops first; expressions read later may contain their normal forces."""
+        found = []
+        for c in sorted((c for c in contacts if c.unilateral is not None), key=lambda c: not c.frictionless):
+            assert c.unilateral is not None
+            force, line = ca.SX.sym("normal"), -1 if c.frictionless else self.contacts.index(c)
+            gap, restitution = self.read(c.unilateral.gap), self.read(c.unilateral.restitution)
+            size = sum(ca.fabs(self.read(e)) for e in sp.Add.make_args(sp.expand(c.unilateral.gap)))
+            size += ca.fabs(ca.jacobian(gap, self.q)) @ ca.fabs(self.q)
+            found.append(Opening(c.name, line, gap, size, restitution, force))
+            self.define(normal_force(c.name), force)
+            if c.frictionless:
+                for nothing in (friction_force, slip, stored_energy, dissipated_power):
+                    self.define(nothing(c.name), ca.SX(0))
+        return found
 
     def _spring(self, contact: Contact) -> Spring:
         """Return the equations of a contact behind a spring; expressions read later may contain its force."""
@@ -225,9 +247,21 @@ class ContactDynamics:
 
     @cached_property
     def force(self) -> ca.SX:
-        """The applied forces f, shape (n,)."""
+        """The applied forces f, those of contacts that open in their normal directions included, shape (n,)."""
         own = self.vector(self.system.force)
-        return own if self.system.linear is None else own + force_in(self.system.linear, self.read, self.q, self.u)
+        if self.system.linear is not None:
+            own += force_in(self.system.linear, self.read, self.q, self.u)
+        return own + self._pressing @ self.pressed if self.openings else own
+
+    @cached_property
+    def pressed(self) -> ca.SX:
+        """Symbols of the normal forces of contacts that open."""
+        return ca.vertcat(*(e.force for e in self.openings))
+
+    @cached_property
+    def _pressing(self) -> ca.SX:
+        """Forces on the coordinates by unit normal forces of contacts that open, shape (n, n_n)."""
+        return ca.jacobian(ca.vertcat(*(e.gap for e in self.openings)), self.q).T
 
     @cached_property
     def z_rate(self) -> ca.SX:

@@ -4,6 +4,8 @@ import casadi as ca
 
 from symfric.lower.clocks import Clocks
 from symfric.lower.contact_dynamics import ContactDynamics
+from symfric.lower.mode_layout import OPEN
+from symfric.lower.normal_forces import with_normal_forces
 from symfric.model.scene import Scene
 
 _LARGEST = 1e300
@@ -15,26 +17,38 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
     Returns
     -------
     power : casadi.Function
-        ``(y, t, p, modes) -> (applied, contact)`` with modes -1, 0, +1 for each contact, those behind springs last,
-        whose forces count as applied: ``u^T f + u^T (dM/dt) u / 2``
+        ``(y, t, p, modes) -> (applied, contact)`` with modes -1, 0, +1 for each contact, 2 where it is open, those
+        behind springs and stops last, whose forces count as applied, as normal forces do: ``u^T f + u^T (dM/dt) u / 2``
         and ``lambda^T J u``. The signs of kinks are taken from the state.
     kinetic : casadi.Function
         ``(y, p) -> u^T M u / 2``.
     """
     model = ContactDynamics.of(scene)
     f, mass, u, slip = model.force, model.mass, model.u, model.slip
-    _, friction = model.accelerations(True, _zero_where_undefined)
+    defined = _zero_where_undefined if not model.openings else _as_it_is  # linear in the normal forces
+    acceleration, friction = model.accelerations(True, defined)
     energy = 0.5 * u.T @ mass @ u
     turning = ca.jacobian(energy, model.q) @ u
     applied = u.T @ f + turning
     lines, springs = ca.SX.sym("modes", slip.numel()), [s.shown for s in model.springs if not isinstance(s, Clocks)]
+    springs = [s for s, spring in zip(springs, model.springs, strict=False) if spring not in model.openings]
+    stops = ca.SX.sym("stops", sum(e.line < 0 for e in model.openings))
     contact = friction.T @ (model.slopes @ u) if slip.numel() else ca.SX(0)
-    modes = ca.vertcat(lines, *springs)
-    out = model.unswitched([applied, contact])
+    modes = ca.vertcat(lines, *springs, stops)
+    out = model.unswitched(with_normal_forces(model, acceleration, [applied, contact])[1])
     if slip.numel():
         out = ca.substitute(out, [model.s, model.d], [lines == 0, ca.if_else(lines < 0, -1, 1)])
+    if model.openings:
+        shown = iter(ca.vertsplit(stops))
+        is_open = [(lines[e.line] if e.line >= 0 else next(shown)) == OPEN for e in model.openings]
+        out = ca.substitute(out, [e.mode for e in model.openings], is_open)
     power = ca.Function("power", [model.y, model.t, model.p, modes], [ca.densify(e) for e in out])
     return power, ca.Function("kinetic", [model.y, model.p], [ca.densify(energy)])
+
+
+def _as_it_is(values: ca.SX) -> ca.SX:
+    """Return expressions as they are."""
+    return values
 
 
 def resets_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:

@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+OPEN = 2  # the mode that runs show of a contact that is open
 LINE_GUARDS = 2  # number of guards of a contact that slips along a line
 JUST_AFTER = 1e-13  # time, relative to t plus the horizon, after which a step in time at t has surely occurred
 GAPS = 3  # rows of such a contact in `symfric.lower.relaxed_guards`: its slip, and the reserve to either bound
@@ -70,6 +71,10 @@ class OtherContact:
         Their numbers.
     clocks : bool
         Whether these are clocks, which come last, and whose events are none of contacts.
+    line : int
+        Index of the contact along a line whose normal direction this is, or -1.
+    opens : bool
+        Whether it opens; such contacts come after those behind springs. See `symfric.lower.unilateral`.
     crossings, resets : int
         How many of the last guards are those of crossings, see `symfric.lower.crossings`, whose sides are the last
         variables; and how many of the last ones are those of resets.
@@ -79,6 +84,8 @@ class OtherContact:
     variables: int
     guards: int
     clocks: bool = False
+    line: int = -1
+    opens: bool = False
     crossings: int = 0
     resets: int = 0
 
@@ -128,6 +135,42 @@ class ModeLayout:
         return self.first_load + len(self.loads)
 
     @property
+    def first_opening(self) -> int:
+        """Index of the first guard of contacts that open; where those would be without them."""
+        return self.first_clock - sum(c.guards for c in self.others if c.opens)
+
+    @property
+    def n_gaps(self) -> int:
+        """Number of rows of `symfric.lower.relaxed_guards`: those of contacts along lines, then gaps."""
+        return slip_gap(len(self.lines)) + len(self.openings)
+
+    @property
+    def openings(self) -> list[int]:
+        """Index in m of the variable of every contact that opens."""
+        return [first for first, c in self._places if c.opens]
+
+    @property
+    def lines_of_openings(self) -> list[int]:
+        """For every contact that opens, its index among those along a line, or -1."""
+        return [c.line for c in self.others if c.opens]
+
+    @property
+    def shown_openings(self) -> list[int]:
+        """For every contact that opens, the number under which runs show it."""
+        alone = [k for k, c in enumerate(c for c in self.others if c.line < 0) if c.opens]
+        numbers = iter(alone)
+        return [c.line if c.line >= 0 else len(self.lines) + next(numbers) for c in self.others if c.opens]
+
+    @property
+    def _places(self) -> list[tuple[int, OtherContact]]:
+        """The other contacts, each with the index of its first variable in m."""
+        found, first = [], self.first_variable
+        for contact in self.others:
+            found.append((first, contact))
+            first += contact.variables
+        return found
+
+    @property
     def first_clock(self) -> int:
         """Index of the first guard of clocks; the number of guards without them."""
         return self.n_guards - sum(c.guards for c in self.others if c.clocks)
@@ -174,19 +217,19 @@ class ModeLayout:
     def modes(self, m: np.ndarray) -> np.ndarray:
         """Return -1, 0 or +1 for each contact that slips backwards, sticks, or slips forwards.
 
-        The first variables of the other contacts follow.
+        The first variables of the other contacts follow; 2 stands for a contact that is open.
         """
         lines = np.where(m[self.sticking] > 0.5, 0, m[self.directions])
-        return np.concatenate([lines, m[self.shown]]).astype(np.int64)
+        modes = np.concatenate([lines, m[self.shown]]).astype(np.int64)
+        for place, number in zip(self.openings, self.shown_openings, strict=True):
+            modes[number] = OPEN if m[place] > 0.5 else (modes[number] if number < len(self.lines) else 0)
+        return modes
 
     @property
     def shown(self) -> list[int]:
         """Indices in m of the first variable of every other contact that has one."""
-        entries, first = [], self.first_variable
-        for contact in self.others:
-            entries += [first] if contact.variables and not contact.clocks else []
-            first += contact.variables
-        return entries
+        alone = (e for e in self._places if e[1].variables and not e[1].clocks and e[1].line < 0)
+        return [first for first, _ in alone]
 
     def is_along_line(self, g: int) -> bool:
         """Whether a guard is one of a contact that slips along a line."""

@@ -13,6 +13,7 @@ import sympy as sp
 from symfric.lower.automaton import Automaton
 from symfric.lower.constraint_forces import HOLDS, SHARES
 from symfric.lower.mode_layout import backward, forward
+from symfric.lower.unilateral import GUARDS
 
 FAR = 1e29  # rows that are not defined in a mode have larger values
 
@@ -25,16 +26,23 @@ def lift_of(i: int, slips: bool) -> int:
     return LIFTS * i + (not slips)
 
 
-def lifted(automaton: Automaton) -> Automaton:
-    """Return the automaton with two guard shifts per contact as parameters and its guards as first observables.
+def n_lifts(automaton: Automaton) -> int:
+    """Return the number of shifts: two of each contact along a line, one of each that opens."""
+    return LIFTS * len(automaton.contacts) + len(automaton.layout.openings)
 
-    The parameters, behind the others, are added to the guards of contact i while it slips and while it sticks. The
+
+def lifted(automaton: Automaton) -> Automaton:
+    """Return the automaton with guard shifts as parameters and its guards as first observables.
+
+    The parameters, behind the others, are added to the guards of contact i while it slips and while it sticks, then to
+    the gaps of contacts that open. The
     rows are the guards without them, in the order of `symfric.lower.mode_layout.gaps`: the slip in its direction, and
-    what is left to both bounds of sticking; where they do not apply they are constant and large.
+    what is left to both bounds of sticking, then the gaps of contacts that open; where they do not apply they are
+    constant and large.
     """
     field, n_c = automaton.field, len(automaton.contacts)
     y, t, m = ca.SX.sym("y", field.nnz_in(0)), ca.SX.sym("t"), ca.SX.sym("m", field.nnz_in(3))
-    p, lift = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("lift", LIFTS * n_c)
+    p, lift = ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("lift", n_lifts(automaton))
     rate, guards, rows = field(y, t, p, m)
     gaps, raised = [], ca.SX(guards)
     for i in range(n_c):
@@ -48,24 +56,30 @@ def lifted(automaton: Automaton) -> Automaton:
             ca.if_else(carries, left, 10 * FAR),
             ca.if_else(carries, right, 10 * FAR),
         ]
+    for j, place in enumerate(automaton.layout.openings):
+        g, is_open = automaton.layout.first_opening + GUARDS * j, m[place] > 0.5
+        raised[g] = guards[g] + ca.if_else(is_open, lift[LIFTS * n_c + j], 0)
+        gaps.append(ca.if_else(is_open, guards[g], 10 * FAR))
     wide = ca.vertcat(p, lift)
     out = [rate, ca.densify(raised), ca.densify(ca.vertcat(*gaps, rows))]
     gauge = automaton.gauge
     names = [sp.Symbol(f"lift of {c} while it {how}") for c in automaton.contacts for how in ("slips", "sticks")]
+    names += [sp.Symbol(f"lift of gap {j}") for j in range(len(automaton.layout.openings))]
     return replace(
         automaton,
         field=ca.Function("field", [y, t, wide, m], out, field.name_in(), field.name_out()),
         gauge=ca.Function("gauge", [y, t, wide], list(gauge(y, t, p)), gauge.name_in(), gauge.name_out()),
         parameters=(*automaton.parameters, *names),
         transition=_wider(automaton.transition, wide, p),
+        impact=_wider(automaton.impact, wide, p),
     )
 
 
-def _wider(transition: ca.Function | None, wide: ca.SX, p: ca.SX) -> ca.Function | None:
-    """Return a transition with more parameters, which it does not use."""
-    if transition is None:
+def _wider(change: ca.Function | None, wide: ca.SX, p: ca.SX) -> ca.Function | None:
+    """Return a transition or an impact with more parameters, which it does not use."""
+    if change is None:
         return None
-    arguments = [ca.SX.sym(name, transition.size1_in(k)) for k, name in enumerate(transition.name_in())]
-    out = list(transition(*arguments[:2], p, *arguments[3:]))
+    arguments = [ca.SX.sym(name, change.size1_in(k)) for k, name in enumerate(change.name_in())]
+    out = list(change(*arguments[:2], p, *arguments[3:]))
     arguments[2] = wide
-    return ca.Function("transition", arguments, out, transition.name_in(), transition.name_out())
+    return ca.Function(change.name(), arguments, out, change.name_in(), change.name_out())

@@ -82,6 +82,8 @@ def structure_matrices(
     part = scene.system.linear
     if part is None or scene.system.mass is not None:
         raise OtherForm("the masses are expressions")
+    if scene.contacts_that_open:
+        raise OtherForm("a contact opens")
     moved = {*scene.system.q, *(s for s, r in part.rows.items() if r.of == "q")}
     for c in scene.contacts:
         if c.slip.free_symbols & moved:

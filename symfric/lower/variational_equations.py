@@ -36,13 +36,14 @@ class Variations:
         Its states are ``[y; V_1; V_2; ...]``, its rows those of the original and then the derivatives, at a fixed time,
         of the first ones that are followed, row by row, one for each direction.
     jump : casadi.Function
-        ``([y; V; t], [p; m_before; m_after; hit; given]) -> (V, tau, rows, slope, mismatch, slip)`` with the flags of
-        the guards that were hit: the derivatives after the event; those of its time, (n_s,); what it adds to those of
-        the integrals of the rows followed, (n_f, n_s), row by row; the rate of every guard before the event and by how
-        much (relative) its own time moves otherwise than tau; the derivatives of the slips before they are held, (n_c,
-        n_s), row by row; how far (relative) a direction moves the state off the edge of each switch at which a load
-        jumps. If there are crossings, `given` is [1; tau] where the derivatives of the time are those of an event
-        before, which made a guard jump across zero, and zero otherwise.
+        ``([y; V; t], [p; m_before; m_after; hit; given; impact]) -> (V, tau, rows, slope, mismatch, slip)`` with the
+        flags of the guards that were hit, and the data of the impact of contacts that open: the derivatives after the
+        event; those of its time, (n_s,); what it adds to those of the integrals of the rows followed, (n_f, n_s), row
+        by row; the rate of every guard before the event and by how much (relative) its own time moves otherwise than
+        tau; the derivatives of the slips before they are held, (n_c, n_s), row by row; how far (relative) a direction
+        moves the state off the edge of each switch at which a load jumps. If there are crossings, `given` is [1; tau]
+        where the derivatives of the time are those of an event before, which made a guard jump across zero, and zero
+        otherwise.
     start : casadi.Function
         ``p -> V(0)``, all columns.
     directions : tuple of str
@@ -155,6 +156,9 @@ def _jump(
     if automaton.transition:
         own = hit[layout.first_other :]
         then = automaton.transition(y, t, p, before, own, ca.SX.zeros(own.numel()))[0]
+    struck = ca.SX.sym("struck", automaton.impact.numel_in(3) if automaton.impact else 0)
+    if automaton.impact:
+        then = automaton.impact(then, t, p, struck)[0]
     rate, guards, rows = automaton.field(y, t, p, before)
     next_rate, _, next_rows = automaton.field(then, t, p, after)
     if y.numel() <= MANY:
@@ -179,15 +183,18 @@ def _jump(
     mismatch = ca.vertcat(*(ca.mmax(apart[g, :]) / (ca.mmax(size[g, :]) + 1e-300) for g in range(n_g)))
     gauge = dict(zip(automaton.gauge.name_out(), automaton.gauge(y, t, p), strict=True))
     slips = ca.substitute(ca.densify(along(gauge["w"])), V, moved) if n_c else ca.SX(0, V.shape[1])
-    if n_c:
-        n_u = automaton.n_q
-        u = slice(automaton.n_q, automaton.n_q + n_u)
+    n_u = automaton.n_q
+    u = slice(automaton.n_q, automaton.n_q + n_u)
+    if automaton.impact:
+        slips, held = _held_after_impact(automaton, y, V, t, p, after, (then, moved), along)
+        moved[u, :] += held
+    elif n_c:
         J, back = ca.jacobian(gauge["w"], y)[:, u], ca.reshape(gauge["spread"], n_c, n_u).T
         rest, stick = ca.SX.zeros(n_u), after[:n_c] == HOLDS
         for k in range(V.shape[1]):
             moved[u, k] += hold(J, back, rest, slips[:, k], stick, tested=False)[1]
     state = ca.vertcat(y, ca.vec(V), ca.vec(W), t)
-    data = ca.vertcat(p, before, after, hit, given)
+    data = ca.vertcat(p, before, after, hit, given, struck)
     n_w = W.shape[1]  # zero for columns without second derivatives
     tau = ca.vertcat(tau.T, ca.SX.zeros(n_w))
     jumps, slips = (ca.horzcat(e, ca.SX.zeros(e.shape[0], n_w)) for e in (jumps, slips))
@@ -196,6 +203,46 @@ def _jump(
     off = [ca.mmax(ca.fabs(gain[g, :])) / (ca.mmax(most[k, :]) + 1e-300) for k, g in enumerate(edges)]
     out = ca.vertcat(ca.vec(moved), ca.vec(W), tau, flat(jumps), slope, mismatch, flat(slips), *off)
     return ca.Function("jump", [state, data], [ca.densify(out)], {"cse": True})
+
+
+def _held_after_impact(
+    automaton: Automaton,
+    y: ca.SX,
+    V: ca.SX,
+    t: ca.SX,
+    p: ca.SX,
+    after: ca.SX,
+    arrived: tuple[ca.SX, ca.SX],
+    along: Callable[[ca.SX], ca.SX],
+) -> tuple[ca.SX, ca.SX]:
+    """Return the derivatives of the slips after an event, and velocities that keep slips and gaps that are held.
+
+    Parameters
+    ----------
+    automaton : Automaton
+        With contacts that open.
+    y, V, t, p, after : SX
+        State, derivatives, time, parameters, and the mode after the event.
+    arrived : (SX, SX)
+        State and derivatives after the event.
+    along : callable
+        The derivatives of an expression of y along V.
+    """
+    assert automaton.impact is not None
+    layout, n_u = automaton.layout, automaton.n_q
+    still = ca.SX.zeros(automaton.impact.numel_in(3))
+    w = automaton.gauge(y, t, p)[0]
+    rates = automaton.impact(y, t, p, still)[automaton.impact.index_out("rate")]
+    rows = ca.vertcat(w, rates)
+    slopes = ca.jacobian(rows, y)[:, n_u : 2 * n_u]
+    spread = ca.reshape(automaton.impact(y, t, p, still)[automaton.impact.index_out("spread")], n_u, rows.numel())
+    local = ca.Function("held", [y, V, t, p], [ca.densify(along(rows)), slopes, spread])
+    gained, J, back = local(*arrived[:1], arrived[1], t, p)
+    closed = [1 - after[place] for place in layout.openings]
+    held = ca.vertcat(after[: w.numel()] == HOLDS, *closed)
+    rest = ca.SX.zeros(n_u)
+    found = [hold(J, back, rest, gained[:, k], held, tested=True)[1] for k in range(V.shape[1])]
+    return gained[: w.numel(), :], ca.horzcat(*found) if found else ca.SX(n_u, 0)
 
 
 def starts_of(

@@ -34,5 +34,5 @@ def vanishing(scene: Scene, varied: frozenset[str] = frozenset()) -> dict[sp.Sym
 def _expressions(scene: Scene) -> list[sp.Expr]:
     parts = [*scene.system.expressions, *scene.clocked]
     for c in scene.contacts:
-        parts += [c.slip, c.normal, c.profile, *c.law.expressions]
+        parts += c.expressions
     return parts

@@ -185,7 +185,7 @@ def is_excited(scene: Scene, varied: frozenset[str] = frozenset()) -> bool:
 
 def _of_time(scene: Scene, varied: frozenset[str]) -> Iterator[tuple[sp.Expr, sp.Expr]]:
     """Yield the expressions of a scene that depend on time: as written, and with zero parameters inserted."""
-    contacts = (e for c in scene.contacts for e in (c.slip, c.normal, c.profile, *c.law.expressions))
+    contacts = (e for c in scene.contacts for e in c.expressions)
     everything = (*scene.system.expressions, *contacts, *scene.clocked)
     timed = [e for e in map(sp.sympify, everything) if TIME in e.free_symbols]
     zero = vanishing(scene, varied) if timed else {}
@@ -310,10 +310,7 @@ def later(scene: Scene, time: float) -> Scene:
     )
     contacts = tuple(
         replace(
-            c,
-            slip=c.slip.xreplace(shift),
-            normal=c.normal.xreplace(shift),
-            profile=c.profile.xreplace(shift),
+            c.rewritten(lambda e: e.xreplace(shift)),
             law=c.law.where(shift) if TIME in c.law.free_symbols else c.law,
         )
         for c in scene.contacts

@@ -1,4 +1,4 @@
-"""Equations of motion from energies by Lagrange's method of SymPy."""
+"""Equations of motion from energies by Lagrange's method of SymPy; gap and slip of bodies that move in a plane."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -9,12 +9,13 @@ from sympy.physics.mechanics import LagrangesMethod
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.kinks import CURES, gradient, simplified, with_magnitudes, without_signs
+from symfric.model.planar import Body, Point, Touch, against_circle, against_line
 from symfric.model.public_names import names_of
 from symfric.model.steps import with_steps
 from symfric.model.symbols import TIME, listed, mapped, scalar
 from symfric.model.system import System, refuse_jumps
 
-__all__ = ["lagrange"]
+__all__ = ["Body", "Point", "Touch", "against_circle", "against_line", "lagrange"]
 
 
 @alone(SYMBOLIC)

@@ -4,7 +4,7 @@ An output of an expression defines the observable that a solver accumulates (`Ro
 `reduce` does the latter for values and for derivatives, so that a new output is one class here and one public name.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, ClassVar
@@ -14,7 +14,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.rows import INTEGRAL, RANGE, VALUES, Row
-from symfric.model.symbols import expression, finite, refuse_speed
+from symfric.model.symbols import expression, finite, legible, refuse_speed
 
 
 @dataclass(frozen=True)
@@ -440,7 +440,7 @@ class Events(Output):
     >>> oscillator = sf.scenes.coulomb_oscillator(0.1, x0=1.0)
     >>> run = sf.simulate(oscillator.wanting({"events": sf.Events()}))
     >>> [e.kind for e in run["events"]]
-    ['reversal', 'reversal', 'reversal', 'reversal', 'stick']
+    ['reverse', 'reverse', 'reverse', 'reverse', 'stick']
     """
 
     word: ClassVar[str] = "events"
@@ -506,6 +506,39 @@ def slip(contact: str) -> sp.Symbol:
     return sp.Symbol(f"slip({contact})", real=True)
 
 
+def normal_force(contact: str) -> sp.Symbol:
+    """Return the normal force of a contact, for use inside output expressions.
+
+    That of a contact that opens may also stand in forces, loads and profiles, such as the load of another contact;
+    they must be linear in it.
+
+    Parameters
+    ----------
+    contact : str
+        Its name.
+
+    Returns
+    -------
+    Symbol
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> y, v = sp.symbols("y v", real=True)
+    >>> block = sf.Scene(
+    ...     system=sf.System(q=[y], u=[v], mass=[[2]], force=[-20 - sp.sin(sf.TIME)]),
+    ...     contacts=[sf.Contact("floor", slip=None, normal=sf.Unilateral(y))],
+    ...     initial={y: 0.0, v: 0.0},
+    ...     horizon=3.0,
+    ...     outputs={"largest": sf.Max(sf.normal_force("floor"))},
+    ... )
+    >>> round(sf.simulate(block)["largest"], 9)
+    21.0
+    """
+    return sp.Symbol(f"normal_force({contact})", nonnegative=True)
+
+
 def stored_energy(contact: str) -> sp.Symbol:
     """Return the energy stored in a contact, for use inside output expressions; zero unless its law has memory.
 
@@ -550,4 +583,19 @@ def dissipated_power(contact: str) -> sp.Symbol:
     return sp.Symbol(f"dissipated_power({contact})", real=True)
 
 
-OF_CONTACTS = {f.__name__: f for f in (friction_force, slip, stored_energy, dissipated_power)}
+OF_CONTACTS = {f.__name__: f for f in (friction_force, slip, normal_force, stored_energy, dissipated_power)}
+
+
+def read_outputs(outputs: Mapping[str, Output] | None) -> dict[str, Output]:
+    """Return the outputs of a scene, the trajectory unless any are given; raise on what is none."""
+    if outputs is None:
+        return {"path": Trajectory()}
+    if not isinstance(outputs, Mapping):
+        raise SceneError(f"outputs is {outputs!r}; give a mapping of names to sf.End(), sf.Max(x), ...")
+    for name, output in outputs.items():
+        if not isinstance(name, str):
+            raise SceneError(f"{name!r} is not the name of an output; use a string")
+        legible(name, "an output")
+        if not isinstance(output, Output):
+            raise SceneError(f"output {name!r} is {output!r}; use sf.End(), sf.Max(x), ... with its brackets")
+    return dict(outputs)

@@ -12,7 +12,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.contact_states import with_states, without_states
 from symfric.model.held import Held, in_order
 from symfric.model.laws.law import Shape
-from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, Trajectory
+from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, read_outputs
 from symfric.model.quantities import is_quantity, number_of, without_units
 from symfric.model.resets import Reset, check_resets, crossings_of
 from symfric.model.symbols import (
@@ -170,7 +170,7 @@ class Scene:
         if length <= 0:
             raise SceneError(f"horizon is {length}; it must be positive")
         self._set("horizon", length)
-        self._set("outputs", _read_outputs(outputs))
+        self._set("outputs", read_outputs(outputs))
         self._check_output_symbols()
         check_times(self.outputs, length)
         self._read_values(values, initial, inputs)
@@ -292,7 +292,7 @@ class Scene:
             n = len(self.system.q)
             numbers |= self.system.linear.values(states[:n], states[n : 2 * n])
         start = {**numbers, TIME: 0.0, **{k: float(s(0.0)) for k, s in self.inputs.items()}}
-        check_start(self.system, self.contacts, start)
+        check_start(self.system, self.contacts, start, self.horizon)
 
     def _named_expressions(self) -> Iterator[tuple[str, sp.Expr]]:
         for i, e in enumerate(self.system.force):
@@ -356,7 +356,12 @@ class Scene:
     @property
     def contacts_behind_springs(self) -> tuple[Contact, ...]:
         """Contacts with a stiffness, or with a law of sliders behind springs."""
-        return tuple(c for c in self.contacts if not c.along_line)
+        return tuple(c for c in self.contacts if not c.along_line and not c.frictionless)
+
+    @property
+    def contacts_that_open(self) -> tuple[Contact, ...]:
+        """Contacts with a unilateral normal direction."""
+        return tuple(c for c in self.contacts if c.unilateral is not None)
 
     @property
     def parameters(self) -> tuple[sp.Symbol, ...]:
@@ -435,7 +440,7 @@ class Scene:
             If the horizon is not positive, or earlier than the time of an output.
         """
         (length,) = self._plain({TIME: horizon}).values()
-        return self._with_outputs(self.outputs if outputs is None else _read_outputs(outputs), length)
+        return self._with_outputs(self.outputs if outputs is None else read_outputs(outputs), length)
 
     def _plain(self, given: Mapping[Any, Any]) -> Mapping[Any, Any]:
         """Return values as numbers in the units of the scene; raise if it does not say in which."""
@@ -458,7 +463,7 @@ class Scene:
         -------
         Scene
         """
-        return self._with_outputs(_read_outputs(outputs), self.horizon)
+        return self._with_outputs(read_outputs(outputs), self.horizon)
 
     def _with_outputs(self, outputs: Mapping[str, Output], horizon: float) -> "Scene":
         if outputs is self.outputs:
@@ -478,10 +483,7 @@ class Scene:
         if self.system.linear is None:
             return self
         rows = self.system.row_values()
-        contacts = tuple(
-            replace(c, slip=c.slip.xreplace(rows), normal=c.normal.xreplace(rows), profile=c.profile.xreplace(rows))
-            for c in self.contacts
-        )
+        contacts = tuple(c.rewritten(lambda e: e.xreplace(rows)) for c in self.contacts)
         read = {n: o for n, o in self.outputs.items() if isinstance(o, OutputOfExpression)}
         outputs = {**self.outputs, **{n: replace(o, expr=o.expr.xreplace(rows)) for n, o in read.items()}}
         return replace(self, system=self.system.written_out(), contacts=contacts, outputs=outputs)
@@ -509,6 +511,11 @@ class Scene:
         for c in (c for c in self.contacts if c.stiffness is not None):
             raise SceneError(
                 f"contact {c.name!r} is behind a spring, whose force is continuous; there is no law to smooth"
+            )
+        for c in self.contacts_that_open:
+            raise SceneError(
+                f"contact {c.name!r} opens; a regularised law does not define friction in an impact, and its normal "
+                "direction has none"
             )
         contacts = tuple(replace(c, law=c.law.regularised(v_s, shape)) for c in self.contacts)
         return replace(self, contacts=contacts, values=self._still_used(contacts, self.initial, self.outputs))
@@ -572,19 +579,11 @@ def check_scene(scene: object) -> None:
         raise SceneError(f"scene is {shortened(scene)}, not a scene; {cure}")
 
 
+def check_given_loads(scene: Scene, what: str) -> None:
+    """Raise if a contact of the scene opens, where a function takes given normal loads only."""
+    for c in scene.contacts_that_open:
+        raise SceneError(f"{what} takes given normal loads, and contact {c.name!r} opens; simulate it instead")
+
+
 def _by_name(entries: Mapping[Key, _Value], what: str) -> dict[str, _Value]:
     return {name_of(k): v for k, v in mapped(entries, what, f"{what}={{...}}").items()}
-
-
-def _read_outputs(outputs: Mapping[str, Output] | None) -> dict[str, Output]:
-    if outputs is None:
-        return {"path": Trajectory()}
-    if not isinstance(outputs, Mapping):
-        raise SceneError(f"outputs is {outputs!r}; give a mapping of names to sf.End(), sf.Max(x), ...")
-    for name, output in outputs.items():
-        if not isinstance(name, str):
-            raise SceneError(f"{name!r} is not the name of an output; use a string")
-        legible(name, "an output")
-        if not isinstance(output, Output):
-            raise SceneError(f"output {name!r} is {output!r}; use sf.End(), sf.Max(x), ... with its brackets")
-    return dict(outputs)

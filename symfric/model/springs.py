@@ -29,8 +29,10 @@ def spring_of(name: str) -> sp.Symbol:
 
 
 def in_order(contacts: "Sequence[Contact]") -> "tuple[Contact, ...]":
-    """Return contacts as the loops number them: those along a line, then those behind springs."""
-    return (*(c for c in contacts if c.along_line), *(c for c in contacts if not c.along_line))
+    """Return contacts as the loops number them: along a line, behind springs, stops without friction."""
+    behind = [c for c in contacts if not c.along_line]
+    stops = [c for c in behind if c.frictionless]
+    return (*(c for c in contacts if c.along_line), *(c for c in behind if not c.frictionless), *stops)
 
 
 def with_springs(system: "System", contacts: "Sequence[Contact]") -> "System":

@@ -1,7 +1,7 @@
 """A mechanical system, its dry contacts and its sampled inputs."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -12,6 +12,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.linear_part import LinearPart, slopes_of
+from symfric.model.outputs import normal_force
 from symfric.model.springs import read_stiffness, spring_of
 from symfric.model.steps import jumps_in_time, with_steps
 from symfric.model.symbols import (
@@ -25,6 +26,7 @@ from symfric.model.symbols import (
     refuse_speed,
     shortened,
 )
+from symfric.model.unilateral import FRICTIONLESS, Unilateral
 
 _WRITTEN = 12  # coordinates up to which matrices become expressions for reading
 JUMPS = (sp.sign, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling, sp.Mod, sp.frac)
@@ -267,16 +269,22 @@ class Contact:
     Attributes
     ----------
     name : str
-    slip : Expr
-        Relative velocity, linear in the velocities u; may depend on q and time.
-    normal : Expr
-        Normal load, >= 0; may depend on state and time.
+    slip : Expr or None
+        Relative velocity, linear in the velocities u; may depend on q and time. None, which becomes zero, for a stop
+        without friction.
+    normal : Expr or Unilateral
+        Normal load, >= 0; may depend on state and time, and be the normal force of another contact. A
+        `symfric.Unilateral` for a contact that opens and strikes: then this attribute is the symbol
+        ``symfric.normal_force(name)``, and `unilateral` what was given.
     law : Law
+        Not needed without slip.
     profile : Expr
         Factor of the coefficient, may depend on q: position-dependent friction.
     stiffness : Expr or None
         Of a spring in series, in force per displacement; its elongation is the state ``<name>.z``, zero at the start
         unless given. The law must be Coulomb's with one coefficient. See `symfric.model.springs`.
+    unilateral : Unilateral or None
+        Gap and restitution of a contact that opens; given as `normal`.
 
     Examples
     --------
@@ -292,15 +300,17 @@ class Contact:
     name: str
     slip: sp.Expr
     normal: sp.Expr
-    law: Law
+    law: Law = FRICTIONLESS
     profile: sp.Expr = field(default=sp.Integer(1))
     stiffness: sp.Expr | None = None
+    unilateral: Unilateral | None = None
 
     @alone(SYMBOLIC)
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise SceneError(f"the name of a contact is {self.name!r}; it must be a string")
         legible(self.name, "a contact")
+        self._read_unilateral()
         for what in ("slip", "normal", "profile"):
             where = f"{what} of contact {self.name!r}"
             value = with_steps(expression(getattr(self, what), where), where)
@@ -329,10 +339,46 @@ class Contact:
                 "whose force would jump with it; let it change over a short time"
             )
 
+    def _read_unilateral(self) -> None:
+        """Put the symbol of the normal force in place of a unilateral normal direction, and check what goes with it."""
+        if isinstance(self.normal, Unilateral):
+            object.__setattr__(self, "unilateral", self.normal)
+            object.__setattr__(self, "normal", normal_force(self.name))
+        if self.slip is None:
+            if self.unilateral is None:
+                raise SceneError(
+                    f"contact {self.name!r} has no slip; only one with normal=sf.Unilateral(...) needs none"
+                )
+            if self.law is not FRICTIONLESS:
+                raise SceneError(f"contact {self.name!r} has a law and no slip; give the slip of its friction")
+            object.__setattr__(self, "slip", sp.S.Zero)
+        elif self.unilateral is not None and isinstance(self.law, Law) and self.law.kinetic == self.law.stick == 0:
+            object.__setattr__(self, "slip", sp.S.Zero)
+            object.__setattr__(self, "law", FRICTIONLESS)
+        elif self.law is FRICTIONLESS and not self.frictionless:
+            raise SceneError(f"contact {self.name!r} has no law; use one of sf.laws, such as sf.laws.coulomb(0.3)")
+        if self.unilateral is None:
+            return
+        if self.stiffness is not None:
+            raise SceneError(
+                f"contact {self.name!r} opens and has a stiffness; a spring in series is not offered there"
+            )
+        if isinstance(self.law, Law) and self.law.memory is not None:
+            raise SceneError(
+                f"contact {self.name!r} opens and has a law with memory, which does not define friction in an impact; "
+                "use a dry law"
+            )
+
+    @property
+    def frictionless(self) -> bool:
+        """Whether it has no friction: a stop."""
+        return self.unilateral is not None and self.slip == 0
+
     @property
     def along_line(self) -> bool:
         """Whether friction is between the two surfaces themselves; no spring stands between."""
-        return self.stiffness is None and not (self.law.memory and self.law.memory.limits)
+        behind = self.stiffness is not None or bool(self.law.memory and self.law.memory.limits)
+        return not behind and not self.frictionless
 
     @property
     def states(self) -> tuple[sp.Symbol, ...]:
@@ -345,9 +391,38 @@ class Contact:
         return tuple(sp.Symbol(f"{self.name}.z{end}", real=True) for end in ends)
 
     @property
+    def expressions(self) -> tuple[sp.Expr, ...]:
+        """Every expression of the contact and of its law."""
+        own = () if self.stiffness is None else (self.stiffness,)
+        own = own if self.unilateral is None else (*own, self.unilateral.gap, self.unilateral.restitution)
+        return (self.slip, self.normal, self.profile, *own, *self.law.expressions)
+
+    def rewritten(self, change: Callable[[sp.Expr], sp.Expr]) -> "Contact":
+        """Return the contact with its expressions changed, those of its law apart.
+
+        Parameters
+        ----------
+        change : callable ``Expr -> Expr``
+
+        Returns
+        -------
+        Contact
+        """
+        u = self.unilateral
+        return replace(
+            self,
+            slip=change(self.slip),
+            normal=change(self.normal),
+            profile=change(self.profile),
+            stiffness=None if self.stiffness is None else change(self.stiffness),
+            unilateral=None if u is None else replace(u, gap=change(u.gap), restitution=change(u.restitution)),
+        )
+
+    @property
     def free_symbols(self) -> set[sp.Symbol]:
         """Every symbol of the contact except the speed in its law."""
         own = set() if self.stiffness is None else self.stiffness.free_symbols
+        own = own if self.unilateral is None else own | self.unilateral.free_symbols
         return own | set().union(*(e.free_symbols for e in (self.slip, self.normal, self.profile, self.law)))
 
 

@@ -18,6 +18,7 @@ from symfric.model.outputs import (
     StopTime,
     dissipated_power,
     friction_force,
+    normal_force,
     stored_energy,
 )
 from symfric.model.outputs import slip as slip_of
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from symfric.model.resets import Reset
     from symfric.model.scene import Scene
     from symfric.model.system import Contact, System
+    from symfric.model.unilateral import Unilateral
 
 _COMMON = ("m", "m/s", "m/s²", "1/s", "s", "kg", "N", "J", "W", "N/m", "N s/m", "Pa", "N m s", "kg m²")
 
@@ -221,6 +223,8 @@ def _equations(
         place = f"friction {contact.name!r}"
         yield f"{place}, slip", partial(known.of, contact.slip)
         yield f"{place}, normal", partial(known.of, contact.normal)
+        if contact.unilateral is not None:
+            yield from _of_opening(known, contact, contact.unilateral, system, written)
         for i, u in enumerate(system.u if written else ()):
             lever = contact.slip.diff(u)
             if not lever.is_zero and not system.force[i].is_number:
@@ -302,6 +306,19 @@ def _of_load(known: Dimensions, contact: "Contact", lever: sp.Expr, force: sp.Ex
     known.equal((f"the load {contact.normal}", acting), (f"the force {force}", known.of(force)))
 
 
+def _of_opening(
+    known: Dimensions, contact: "Contact", direction: "Unilateral", system: "System", written: bool
+) -> Iterator[tuple[str, Callable[[], object]]]:
+    """Yield what must agree in a contact that opens: its normal force does work along the gap."""
+    place = f"friction {contact.name!r}"
+    yield f"{place}, gap", partial(known.of, direction.gap)
+    yield f"{place}, restitution", partial(known.plain, direction.restitution)
+    for i, q in enumerate(system.q if written else ()):
+        lever = direction.gap.diff(q)
+        if not lever.is_zero and not system.force[i].is_number:
+            yield f"{place}, gap", partial(_of_load, known, contact, lever, system.force[i])
+
+
 def _load(known: Dimensions, contact: "Contact") -> Dimension:
     """Return the dimension of a load, which is that of the forces if it is a number."""
     return known.of_name(f"load of {contact.name}") if contact.normal.is_number else known.of(contact.normal)
@@ -333,6 +350,8 @@ def _of_outputs(known: Dimensions, contact: "Contact") -> None:
     """Give what an output may ask of a contact its dimension."""
     load, slip = _load(known, contact), known.of(contact.slip)
     known.define(friction_force(contact.name).name, load)
+    if contact.unilateral is None:
+        known.define(normal_force(contact.name).name, load)
     known.define(slip_of(contact.name).name, slip)
     known.define(dissipated_power(contact.name).name, load * slip)
     known.define(stored_energy(contact.name).name, load * slip * known.of_name(TIME.name))

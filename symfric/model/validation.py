@@ -8,11 +8,13 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.model.held import Held
 from symfric.model.numeric import numeric_function
-from symfric.model.outputs import OF_CONTACTS, Output
+from symfric.model.outputs import OF_CONTACTS, Output, normal_force
 from symfric.model.resets import Reset
 from symfric.model.steps import compare_across
 from symfric.model.symbols import TIME, nearest, refuse_speed, shorten
-from symfric.model.system import Contact, System
+from symfric.model.system import Contact, System, refuse_jumps
+
+_WITHIN = 1e-12  # of the way gone over a run: a gap as negative counts as closed, since the end of a run may be a start
 
 
 def check_contacts(system: System, contacts: tuple[Contact, ...]) -> None:
@@ -28,7 +30,9 @@ def check_contacts(system: System, contacts: tuple[Contact, ...]) -> None:
             raise SceneError(
                 f"slip of contact {contact.name!r} is {contact.slip}, which is not linear in the velocities u"
             )
-        if all(slope.is_zero for slope in slopes):
+        if contact.unilateral is not None:
+            _check_unilateral(system, contact, moving)
+        if all(slope.is_zero for slope in slopes) and not contact.frictionless:
             raise SceneError(
                 f"slip of contact {contact.name!r} is {contact.slip}; it contains no velocity of the system"
             )
@@ -36,9 +40,15 @@ def check_contacts(system: System, contacts: tuple[Contact, ...]) -> None:
             raise SceneError(f"slip of contact {contact.name!r} is {contact.slip}; it may not depend on z")
         if contact.profile.free_symbols & {*system.u, *system.z, TIME}:
             raise SceneError(f"profile of contact {contact.name!r} is {contact.profile}; it may depend on q only")
+        behind = not contact.along_line and not contact.frictionless
+        if behind and contact.normal.free_symbols & {normal_force(name) for name in names}:
+            raise SceneError(
+                f"normal of contact {contact.name!r} is {contact.normal}, which jumps where that contact opens or "
+                "strikes; behind a spring the limit of its force must be continuous"
+            )
         if contact.stiffness is not None:
             _check_spring(system, contact, moving)
-        elif not contact.along_line:
+        elif behind:
             load = contact.normal * contact.profile
             if load.free_symbols & {*system.states, *system.rows, TIME} and not load.is_nonnegative:
                 raise SceneError(
@@ -61,6 +71,25 @@ def _check_spring(system: System, contact: Contact, moving: set[sp.Symbol]) -> N
     if made_of_cells(contact.profile):
         raise SceneError(
             f"profile of contact {contact.name!r} jumps; behind a spring the limit of its force must be continuous"
+        )
+
+
+def _check_unilateral(system: System, contact: Contact, moving: set[sp.Symbol]) -> None:
+    """Raise unless the gap of a contact depends on coordinates, with a rate that their velocities are."""
+    assert contact.unilateral is not None
+    gap, restitution = contact.unilateral.gap, contact.unilateral.restitution
+    what = f"gap of contact {contact.name!r}"
+    if gap.free_symbols & {*moving, *system.z}:
+        raise SceneError(f"{what} is {gap}; it may depend on the coordinates q, time and parameters")
+    if not gap.free_symbols & {*system.q, *system.rows}:
+        raise SceneError(f"{what} is {gap}; it contains no coordinate of the system")
+    refuse_jumps(gap, what)
+    if restitution.free_symbols & {*system.states, *system.rows, TIME}:
+        raise SceneError(f"restitution of contact {contact.name!r} is {restitution}; it may depend on parameters only")
+    if contact.law.smooth and not contact.frictionless:
+        raise SceneError(
+            f"contact {contact.name!r} opens, and its law is regularised, which does not define friction in an impact; "
+            "use the law itself"
         )
 
 
@@ -96,6 +125,7 @@ def refuse_observables(
 ) -> None:
     """Raise if forces and slips of contacts, which only outputs have, stand in an equation."""
     beginnings = tuple(f"{kind}(" for kind in OF_CONTACTS)
+    allowed = {normal_force(c.name) for c in contacts if c.unilateral is not None}
     places = [(f"force[{i}]", e) for i, e in enumerate(system.force)]
     places += [(f"z_rate[{i}]", e) for i, e in enumerate(system.z_rate[: len(system.z) - system.made])]
     places += [("an entry of the mass matrix", e) for e in system.mass or ()]
@@ -107,7 +137,7 @@ def refuse_observables(
     places += [(f"the initial value of {name}", e) for name, e in initial.items() if isinstance(e, sp.Expr)]
     places += [("a held variable or a reset", e) for e in clocked]
     for what, e in places:
-        for s in sorted(e.free_symbols, key=str):
+        for s in sorted(e.free_symbols - allowed, key=str):
             if s.name.startswith(beginnings):
                 kind, contact = s.name[:-1].split("(", 1)
                 raise SceneError(
@@ -188,7 +218,24 @@ def _rounding(expr: sp.Expr, numbers: dict[sp.Symbol, float]) -> float:
     return 1e-14 * sum(abs(term) for term in terms if term is not None) if len(terms) > 1 else 0.0
 
 
-def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.Symbol, float]) -> None:
+def _check_gap(system: System, contact: Contact, numbers: dict[sp.Symbol, float], horizon: float) -> None:
+    """Raise if the bodies are within each other at the start by more than a run leaves, or a restitution is wrong."""
+    assert contact.unilateral is not None
+    e = contact.unilateral.gap
+    gap, rate = _number(e, numbers), _number(e.diff(TIME), numbers)
+    size = 0.0 if rate is None else abs(rate) * horizon
+    for q, u in zip(system.q, system.u, strict=True):
+        slope = _number(e.diff(q), numbers)
+        if slope is not None and {q, u} <= set(numbers):
+            size += abs(slope) * (abs(numbers[q]) + abs(numbers[u]) * horizon)
+    if gap is not None and not gap >= -_rounding(e, numbers) - _WITHIN * size:
+        raise SceneError(f"gap of contact {contact.name!r} is {gap:.6g} at the start; it must not be negative")
+    restitution = _number(contact.unilateral.restitution, numbers)
+    if restitution is not None and not 0 <= restitution <= 1:
+        raise SceneError(f"restitution of contact {contact.name!r} is {restitution:.6g}; it must lie between 0 and 1")
+
+
+def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.Symbol, float], horizon: float) -> None:
     """Raise unless the mass is positive definite and the normal loads are not negative at the start."""
     if system.mass is not None:
         entries = [_number(e, numbers) for e in system.mass]
@@ -204,6 +251,8 @@ def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.
         if value is not None and not np.isfinite(value):
             raise SceneError(f"force[{i}] is {value} at the start; it must be finite")
     for contact in contacts:
+        if contact.unilateral is not None:
+            _check_gap(system, contact, numbers, horizon)
         normal = _number(contact.normal, numbers)
         if normal is not None and not normal >= -_rounding(contact.normal, numbers):
             raise SceneError(

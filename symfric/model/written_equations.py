@@ -5,18 +5,23 @@ from typing import TYPE_CHECKING
 import sympy as sp
 
 from symfric.model.contact_states import coefficient
+from symfric.model.outputs import normal_force
 from symfric.model.springs import spring_of, stop_rate
 from symfric.model.symbols import TIME
 from symfric.model.written_instants import instants_of
 
 if TYPE_CHECKING:
     from symfric.model.scene import Scene
+    from symfric.model.system import Contact
 
 _IN_A_LINE = 6  # values in a line below the equations
 
 
 def equations_of(scene: "Scene") -> tuple[sp.Eq, ...]:
-    """Return the equations of motion of a scene without matrices, friction as ``sign(slip) * normal * mu(|slip|)``."""
+    """Return the equations of motion of a scene without matrices, friction as ``sign(slip) * normal * mu(|slip|)``.
+
+    The normal forces of contacts that open are called ``N_<contact>``.
+    """
     t, system = TIME, scene.system
     moving = {s: sp.Function(_shown(s), real=True)(t) for s in system.states}
     pull = sp.zeros(len(system.q), 1)
@@ -31,7 +36,10 @@ def equations_of(scene: "Scene") -> tuple[sp.Eq, ...]:
             )
             force = -sp.sign(c.slip) * c.normal * c.profile * mu
         pull += sp.Matrix([c.slip.diff(u) * force for u in system.u])
+        if c.unilateral is not None:
+            pull += sp.Matrix([c.unilateral.gap.diff(q) * c.normal for q in system.q])
     rates = sp.Matrix([moving[u].diff(t) for u in system.u])
+    moving |= {normal_force(c.name): reaction(c) for c in scene.contacts_that_open}
     left = (system.mass * rates).subs(moving)
     right = (sp.Matrix(system.force) + pull).subs(moving)
     kinematic = [sp.Eq(moving[q].diff(t), moving[u]) for q, u in zip(system.q, system.u, strict=True)]
@@ -43,9 +51,17 @@ def equations_of(scene: "Scene") -> tuple[sp.Eq, ...]:
     return (*kinematic, *dynamic, *first, *instants_of(scene, _shown))
 
 
+def reaction(contact: "Contact") -> sp.Symbol:
+    """Return the symbol that stands for the normal force of a contact that opens in equations for reading."""
+    return sp.Symbol(f"N_{contact.name}", nonnegative=True)
+
+
 def latex_of(scene: "Scene") -> str:
     """Return the equations, the values, the start and the horizon."""
     rows = r" \\ ".join(sp.latex(e.lhs) + " &= " + sp.latex(e.rhs) for e in scene.equations())
+    for c in scene.contacts_that_open:
+        assert c.unilateral is not None
+        rows += rf" \\ 0 &\le {sp.latex(c.unilateral.gap)} \;\perp\; {sp.latex(reaction(c))} \ge 0"
     queued = {s for h in scene.held for s in h.states[1:]}
     starts = [(_at_start(s), e) for s, e in scene.initial.items() if s not in queued]
     numbers: list[tuple[sp.Symbol, float | sp.Expr | None]] = [*scene.values.items(), *starts]

@@ -1,6 +1,6 @@
 """Limit cycles of stick-slip motion, stable and unstable, and their Floquet multipliers."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
@@ -10,6 +10,7 @@ import numpy as np
 from symfric.axes import Axes
 from symfric.errors import NotFound, SceneError
 from symfric.long_calls import logged
+from symfric.lower.mode_layout import OPEN
 from symfric.model.notebook import changes_of_mode, columns, html_table
 from symfric.model.outputs import Trajectory
 from symfric.model.results import COMPLEX, Drawable, Result, as_plain
@@ -277,7 +278,8 @@ def orbit_of(scene: Scene, system: ShootingSystem, point: Point) -> Orbit:
     start, period, values = system.unpack(point.z)
     multipliers, trivial = multipliers_of(passage, system.free)
     others = np.delete(multipliers, trivial) if trivial is not None else multipliers
-    stick = stick_time(passage, period)
+    stops = {k for k in flow.openings if k >= len(flow.lines)}
+    stick = stick_time(passage, period, stops)
     return Orbit(
         period=period,
         start=start.copy(),
@@ -318,13 +320,14 @@ def multipliers_of(passage: Passage, free: bool) -> tuple[np.ndarray, int | None
     return eigenvalues, 0 if free else None
 
 
-def stick_time(passage: Passage, period: float) -> float:
-    """Return the time during which at least one contact sticks."""
-    modes = list(passage.modes)
-    for _, i, before, _ in reversed(passage.changes):
+def stick_time(passage: Passage, period: float, stops: Collection[int] = ()) -> float:
+    """Return the time during which at least one contact sticks; stops, which are closed, do not."""
+    modes = [OPEN if k in stops else mode for k, mode in enumerate(passage.modes)]
+    changes = [e for e in passage.changes if e[1] not in stops]
+    for _, i, before, _ in reversed(changes):
         modes[i] = before
     total, last = 0.0, 0.0
-    for t, i, _, after in passage.changes:
+    for t, i, _, after in changes:
         total += (t - last) * (0 in modes)
         modes[i], last = after, t
     return total + (period - last) * (0 in modes)

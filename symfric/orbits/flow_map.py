@@ -11,8 +11,8 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.lower.automaton import Automaton, lower
-from symfric.lower.mode_layout import backward, forward
-from symfric.lower.relaxed_guards import LIFTS, lifted
+from symfric.lower.mode_layout import backward, forward, slip_gap
+from symfric.lower.relaxed_guards import lifted, n_lifts
 from symfric.model.constant_parameters import vanishing
 from symfric.model.excitation import excitation_of
 from symfric.model.outputs import End, Trajectory
@@ -72,6 +72,10 @@ class FlowMap:
         Largest gap between end and start of a periodic orbit, relative to the ranges of the states.
     springs : dict of int to ndarray
         Slopes of the slips (n,) that stretch the springs of contacts, by the places of these among the states.
+    openings : tuple of int
+        Numbers, in events, of the contacts that open, in the order of the last rows of `Passage.gaps`.
+    n_lifts : int
+        Number of guard shifts.
     period : callable or None
         From parameter values by name to the period of the excitation; None if nothing depends on time.
     period_by : callable or None
@@ -95,7 +99,8 @@ class FlowMap:
         stiff = is_stiff(self.scene)
         self.closed = _CLOSED_IMPLICIT if stiff else _CLOSED
         self._runs = (StiffRuns if stiff else runs_of)(self.scene, self._automaton, self.parameters, tolerance)
-        own = self._automaton.parameters[: len(self._automaton.parameters) - LIFTS * len(self.lines)]
+        self.n_lifts, self.openings = n_lifts(self._automaton), tuple(self._automaton.layout.shown_openings)
+        own = self._automaton.parameters[: len(self._automaton.parameters) - self.n_lifts]
         self._numbers = Numbers(self.scene, own, {s.name: v for s, v in vanishing(self.scene).items()})
         self._guards = _guard_rates(self._automaton)
         self._motions: dict[float, Program] = {}
@@ -120,7 +125,7 @@ class FlowMap:
     def slips(self, y: np.ndarray, values: dict[str, float]) -> np.ndarray:
         """Return the slip of every contact at a state and t = 0, shape (n_c,)."""
         _, p = self._numbers.changed(values, {})
-        return np.array(self._automaton.gauge(y, 0.0, np.append(p, np.zeros(LIFTS * len(self.lines))))[0]).ravel()
+        return np.array(self._automaton.gauge(y, 0.0, np.append(p, np.zeros(self.n_lifts)))[0]).ravel()
 
     def guard(
         self, y: np.ndarray, values: dict[str, float], time: float, contact: int, way: int, sticks: bool
@@ -140,10 +145,21 @@ class FlowMap:
 
     @alone(SYMBOLIC)
     def peaked(self, contact: int, values: dict[str, float]) -> bool:
-        """Whether the static coefficient of a contact exceeds its kinetic one at rest."""
+        """Whether the static coefficient of a contact exceeds its kinetic one at rest; not of a stop."""
+        if contact >= len(self.lines):
+            return False
         law, numbers = self.lines[contact].law, {TIME: 0.0, **{s: values[s.name] for s in self.scene.values}}
         stick, rest = (float(sp.sympify(e).subs(numbers)) for e in (law.stick, law.at_rest))
         return stick - rest > _PEAK * abs(stick)
+
+    def gap_of(self, contact: int) -> int:
+        """Return the row of `Passage.gaps` of the gap of a contact that opens, by its number in events."""
+        return slip_gap(len(self.lines)) + self.openings.index(contact)
+
+    def opening_of(self, k: int) -> int | None:
+        """Return the number, in events, of the contact whose gap is row k of `Passage.gaps`; None if it is no gap."""
+        first = slip_gap(len(self.lines))
+        return self.openings[k - first] if k >= first else None
 
     def run(self, y: np.ndarray, values: dict[str, float], time: float, lift: np.ndarray | None = None) -> Passage:
         """Evaluate the flow map from state y over a time.
@@ -154,8 +170,9 @@ class FlowMap:
         values : dict
             Parameter values that differ from the scene's.
         time : float
-        lift : ndarray, shape (2 n_c,), optional
-            Added to the guards of every contact while it slips and while it sticks; see `symfric.lower.relaxed_guards`.
+        lift : ndarray, shape (n_lifts,), optional
+            Added to the guards of every contact while it slips and while it sticks, and to the gaps of those that open;
+            see `symfric.lower.relaxed_guards`.
 
         Raises
         ------
@@ -169,7 +186,7 @@ class FlowMap:
     ) -> tuple[Passage, np.ndarray, np.ndarray]:
         """Return the passage, and the parameters and modes at its end in the order of the automaton."""
         _, p = self._numbers.changed(values, {})
-        raised = np.zeros(LIFTS * len(self.lines)) if lift is None else lift
+        raised = np.zeros(self.n_lifts) if lift is None else lift
         passage, parameters, modes = self._runs.follow(y, np.concatenate([p, raised]), time)
         return passage._replace(idle=self._idle(passage)), parameters, modes
 
@@ -186,7 +203,8 @@ class FlowMap:
 
 def is_stiff(scene: Scene) -> bool:
     """Whether the flow map of a scene is one of an implicit integrator."""
-    return any(c.law.memory for c in scene.contacts) and pays(LoweredScene(scene))
+    remembers = any(c.law.memory for c in scene.contacts) and not scene.contacts_that_open
+    return remembers and pays(LoweredScene(scene))
 
 
 def _springs_of(scene: Scene) -> dict[int, np.ndarray]:

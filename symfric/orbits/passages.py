@@ -16,7 +16,6 @@ from symfric.errors import NoRoute, NotFound
 from symfric.locks import SYMBOLIC
 from symfric.lower.automaton import Automaton
 from symfric.lower.channels import channels_of
-from symfric.lower.mode_layout import slip_gap
 from symfric.lower.variational_equations import MANY, varied
 from symfric.model.rows import RANGE, TURN, Row
 from symfric.model.scene import Scene
@@ -50,12 +49,13 @@ class Passage(NamedTuple):
     rate : ndarray, shape (n_x,)
         State derivative at the end.
     events : tuple of (float, int, int, int)
-        Time, contact along a line, mode before and after.
+        Time, contact along a line or that opens, mode before and after.
     modes : tuple of int
         Of the contacts at the end.
-    gaps : ndarray, shape (3 n_c,)
-        Least local minimum of each guard (slip, reserve to either static bound); infinite if it has none.
-    gaps_by_start, gaps_by_value : ndarray, shapes (3 n_c, n_x), (3 n_c, n_p)
+    gaps : ndarray, shape (3 n_c + n_n,)
+        Least local minimum of each guard (slip, reserve to either static bound; gap of each contact that opens);
+        infinite if it has none.
+    gaps_by_start, gaps_by_value : ndarray, shapes (3 n_c + n_n, n_x), (3 n_c + n_n, n_p)
     low, high : ndarray, shape (n_x,)
         Extremes of the states.
     ranges : ndarray, shape (n_x,)
@@ -129,7 +129,7 @@ def runs_of(scene: Scene, automaton: Automaton, parameters: tuple[str, ...], tol
 
 def _observables(automaton: Automaton, scene: Scene) -> Observables:
     rows = [Row(RANGE, s) for s in scene.system.states]
-    return Observables((*[Row(TURN, sp.S.Zero)] * slip_gap(len(automaton.contacts)), *rows), {}, False, True)
+    return Observables((*[Row(TURN, sp.S.Zero)] * automaton.layout.n_gaps, *rows), {}, False, True)
 
 
 class DirectedRuns:
@@ -140,7 +140,7 @@ class DirectedRuns:
         self._automaton, self._parameters = automaton, parameters
         self._slots = n_x if n_x <= MANY else _SLOTS
         directions = (*automaton.states[: self._slots], *parameters)  # the states' columns start with what a run needs
-        variations = varied(automaton, scene, directions, slip_gap(len(automaton.contacts)))
+        variations = varied(automaton, scene, directions, automaton.layout.n_gaps)
         observables = _observables(automaton, scene)
         self._model, _ = model_with_derivatives(scene, variations, observables, tolerance, BUDGETS)
         self._starts = [self._columns(k) for k in range(0, n_x, self._slots)]
@@ -182,7 +182,7 @@ class DirectedRuns:
     def _passage(self, w: LoopArrays, log: tuple[np.ndarray, np.ndarray]) -> Passage:
         """Copy the results of a run from its arrays."""
         n_x, n_p = len(self._automaton.states), len(self._parameters)
-        n_g, n_s = slip_gap(len(self._automaton.contacts)), self._slots + n_p
+        n_g, n_s = self._automaton.layout.n_gaps, self._slots + n_p
         n_e = n_x + n_g
         V = w.y[n_x:-1].reshape(n_s, n_x).T
         follow = w.observed.total[n_e:, 0].reshape(n_g, n_s)
@@ -195,7 +195,7 @@ class RecordedRun:
     """One run, and the derivatives along its recorded steps."""
 
     def __init__(self, scene: Scene, automaton: Automaton, parameters: tuple[str, ...], tolerance: float):
-        n_rows = slip_gap(len(automaton.contacts))
+        n_rows = automaton.layout.n_gaps
         channels = channels_of(scene, frozenset(parameters))
         self._automaton = automaton
         self._other = scene, automaton, parameters, tolerance
@@ -232,17 +232,18 @@ def _passage_of(
     automaton: Automaton, w: LoopArrays, log: Any, by: Sequence[Any], gaps: Sequence[Any], doubtful: bool
 ) -> Passage:
     """Return the passage of a run."""
-    n_x, n_g = len(automaton.states), slip_gap(len(automaton.contacts))
+    n_x, n_g = len(automaton.states), automaton.layout.n_gaps
     low, high = w.observed.total[n_g : n_g + n_x, 0].copy(), w.observed.total[n_g : n_g + n_x, 1].copy()
     rate = automaton.field(w.y[:n_x], w.y[-1], w.p[: automaton.field.nnz_in(2)], w.m)[0]
-    events, n_c = tuple(zip(log[0].tolist(), *log[1].T.tolist(), strict=True)), len(automaton.contacts)
+    events = tuple(zip(log[0].tolist(), *log[1].T.tolist(), strict=True))
+    here = {*range(len(automaton.contacts)), *automaton.layout.shown_openings}
     return Passage(
         end=w.y[:n_x].copy(),
         by_start=by[0],
         by_value=by[1],
         rate=np.array(rate).ravel(),
-        events=tuple(e for e in events if e[1] < n_c),
-        sliders=tuple(e for e in events if e[1] >= n_c),
+        events=tuple(e for e in events if e[1] in here),
+        sliders=tuple(e for e in events if e[1] not in here),
         modes=tuple(automaton.layout.modes(w.m).tolist()),
         gaps=w.observed.total[:n_g, 0].copy(),
         gaps_by_start=gaps[0],

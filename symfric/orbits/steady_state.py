@@ -7,13 +7,14 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.lower.mode_layout import OPEN
 from symfric.model.excitation import forcing_period, later
 from symfric.model.outputs import End, Integral, Max, Min, Output, OutputOfExpression, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of
 from symfric.orbits.recurrence import FEW, SAME, Recurrence, level_of, passages, period_of
 from symfric.solve.routes import RouteName, Settings, prepare
-from symfric.solve.run import Run, finished
+from symfric.solve.run import Run, finished, stuck
 from symfric.solve.status import Status
 
 END, PATH = "end of the window", "path of the window"  # names of additional outputs, unlikely to occur in a scene
@@ -267,19 +268,26 @@ def still_changes(ranges: tuple[float, float], then: tuple[float, float], reach:
 
 def stick_intervals(run: Run) -> dict[str, tuple[tuple[float, float], ...]]:
     """Return the intervals in which each contact of a run sticks."""
-    result = {}
-    for contact, row in zip(run.scene.contacts, run.mode, strict=True):
-        stuck = np.concatenate([[False], row[:-1] == 0, [False]])
-        starts, ends = np.flatnonzero(stuck[1:] & ~stuck[:-1]), np.flatnonzero(~stuck[1:] & stuck[:-1])
-        result[contact.name] = tuple((float(run.t[a]), float(run.t[b])) for a, b in zip(starts, ends, strict=True))
-    return result
+    return {c.name: _intervals(run, row) for c, row in zip(run.scene.contacts, stuck(run), strict=True)}
+
+
+def open_intervals(run: Run) -> dict[str, tuple[tuple[float, float], ...]]:
+    """Return the intervals in which each contact of a run is open; none of those with a given load."""
+    return {c.name: _intervals(run, row == OPEN) for c, row in zip(run.scene.contacts, run.mode, strict=True)}
+
+
+def _intervals(run: Run, where: np.ndarray) -> tuple[tuple[float, float], ...]:
+    """Return the intervals of the steps of a run in which something holds; `where` has a last entry for its end."""
+    on = np.concatenate([[False], where[:-1], [False]])
+    starts, ends = np.flatnonzero(on[1:] & ~on[:-1]), np.flatnonzero(~on[1:] & on[:-1])
+    return tuple((float(run.t[a]), float(run.t[b])) for a, b in zip(starts, ends, strict=True))
 
 
 def stick_fraction(run: Run, after: float = 0.0) -> float:
     """Return the fraction of a run, from a time on, during which at least one contact sticks."""
-    stuck = np.any(run.mode == 0, axis=0)
+    on = np.any(stuck(run), axis=0)
     lengths = np.diff(np.clip(run.t, after, run.t_final), append=run.t_final)
-    return float(np.sum(lengths[stuck]) / (run.t_final - after))
+    return float(np.sum(lengths[on]) / (run.t_final - after))
 
 
 def sticking(t: np.ndarray, sticks: Mapping[str, tuple[tuple[float, float], ...]], inset: float = 0.0) -> np.ndarray:

@@ -10,7 +10,6 @@ import numpy as np
 
 from symfric.errors import NotFound
 from symfric.lower.automaton import Automaton, automaton_of
-from symfric.lower.mode_layout import slip_gap
 from symfric.model.outputs import HalfRange
 from symfric.model.scene import Scene
 from symfric.orbits.passages import Followed, Passage
@@ -66,7 +65,7 @@ class StiffRuns:
         m[self._lifted.layout.sticking] = 0.0
         slips = np.array(self._automaton.gauge(followed.final, time, own)[0]).ravel()
         m[self._lifted.layout.directions] = np.where(slips < 0, -1.0, 1.0)
-        n_g = slip_gap(len(self._lifted.contacts))
+        n_g = self._lifted.layout.n_gaps
         passage = Passage(
             end=followed.final,
             by_start=followed.slopes[:, :n_x],

@@ -2,7 +2,7 @@
 
 import inspect
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from types import ModuleType
 from typing import Any, TypeVar
 
@@ -10,6 +10,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.numeric import numeric_function
+from symfric.model.outputs import OF_CONTACTS
 from symfric.model.symbols import nearest, shorten
 from symfric.scenefile.expressions import parse_expression
 
@@ -69,9 +70,17 @@ def exact_numbers(given: Mapping[str, Any] | None) -> dict[str, Any]:
     return {k: exact(v) if isinstance(v, float) else v for k, v in (given or {}).items()}
 
 
-def as_expr(given: float | str, place: str, names: Mapping[str, sp.Expr], contacts: Sequence[str] = ()) -> sp.Expr:
-    """Return a number or the text of an expression as an expression."""
-    return parse_expression(given, names, place, contacts) if isinstance(given, str) else sp.sympify(exact(given))
+def as_expr(
+    given: float | str,
+    place: str,
+    names: Mapping[str, sp.Expr],
+    contacts: Sequence[str] = (),
+    kinds: Collection[str] = tuple(OF_CONTACTS),
+) -> sp.Expr:
+    """Return a number or the text of an expression as an expression; see `parse_expression`."""
+    if isinstance(given, str):
+        return parse_expression(given, names, place, contacts, kinds)
+    return sp.sympify(exact(given))
 
 
 def real_symbols(names: Iterable[str]) -> dict[str, sp.Symbol]:

@@ -15,18 +15,22 @@ from symfric.errors import SceneError
 from symfric.model import outputs as kinds
 from symfric.model import scenes
 from symfric.model.laws import Law
+from symfric.model.outputs import normal_force
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME, nearest, shorten
 from symfric.model.system import Contact, System
+from symfric.model.unilateral import Unilateral
 from symfric.motions.motion import Motion
 from symfric.scenefile.arguments import (
     as_expr,
     call,
+    call_at,
     check_arguments,
     finite_value,
     functions_returning,
     real_symbols,
 )
+from symfric.scenefile.contact_tables import FrictionTable, OwnFriction
 from symfric.scenefile.expressions import RESERVED, parse_expression
 from symfric.scenefile.held import held_symbols, held_variables, resets
 from symfric.scenefile.laws import LawSpec, contact_name, contact_place, law_of, spec_of
@@ -180,6 +184,12 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
     names = {**states, **held_symbols(document.held), **parameters, TIME.name: TIME}
     held = held_variables(document.held, names)
 
+    pressing = [contact_name(document, i) for i, f in enumerate(document.friction) if _opens(f)]
+
+    def moved(given: float | str, place: str) -> sp.Expr:
+        """Return an expression in which normal forces of contacts that open may stand."""
+        return as_expr(given, place, names, pressing, (normal_force.__name__,))
+
     rows = [[as_expr(e, f"scene.mass[{i}][{j}]", names) for j, e in enumerate(r)] for i, r in enumerate(section.mass)]
     if len({len(row) for row in rows}) > 1:
         raise SceneError("scene.mass: the rows differ in length; write a square matrix")
@@ -187,26 +197,27 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
         q=[states[n] for n in section.coordinates],
         u=[states[n] for n in section.velocities],
         mass=rows,
-        force=[as_expr(e, f"scene.force[{i}]", names) for i, e in enumerate(section.force)],
+        force=[moved(e, f"scene.force[{i}]") for i, e in enumerate(section.force)],
         z=[states[n] for n in section.z],
-        z_rate=[as_expr(e, f"scene.z_rate[{i}]", names) for i, e in enumerate(section.z_rate)],
+        z_rate=[moved(e, f"scene.z_rate[{i}]") for i, e in enumerate(section.z_rate)],
     )
     contacts, specs = [], []
     for i, friction in enumerate(document.friction):
-        place = contact_place(document, i)
-        for key in ("slip", "normal"):
-            if getattr(friction, key) is None:
-                near = difflib.get_close_matches(key, friction.model_extra or {}, n=1, cutoff=0.6)
-                cure = f"is {near[0]} meant?" if near else "own equations say where the contact acts"
-                raise SceneError(f"{place}.{key} is missing; {cure}")
-        name = contact_name(document, i)
+        assert isinstance(friction, OwnFriction)
+        place, name = contact_place(document, i), contact_name(document, i)
+        _check_parts(friction, place)
         parts = {
-            key: as_expr(getattr(friction, key), f"{place}.{key}", names)
-            for key in ("slip", "normal", "profile")
+            key: moved(getattr(friction, key), f"{place}.{key}")
+            for key in ("slip", "normal", "profile", "gap", "restitution")
             if getattr(friction, key) is not None
         }
-        contacts.append(Contact(name, law=law_of(friction, place, parameters, document.values), **parts))
-        specs.append(spec_of(friction, name))
+        if _opens(friction):
+            parts["normal"] = Unilateral(parts.pop("gap"), parts.pop("restitution", sp.S.Zero))
+            parts.setdefault("slip", None)
+        if parts["slip"] is not None:
+            parts["law"] = law_of(friction, place, parameters, document.values)
+            specs.append(spec_of(friction, name))
+        contacts.append(call_at(f"[{place}]", Contact, {"name": name, **parts}))
     initial = {n: as_expr(v, f"scene.initial.{shorten(n, 40)}", parameters) for n, v in section.initial.items()}
     numbers = {s: document.values[n] for n, s in parameters.items()}
     starts = {n: sp.sympify(e) for h in held for n, e in h.starts.items()}
@@ -227,6 +238,31 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
     return scene, tuple(specs)
 
 
+def _opens(friction: FrictionTable) -> bool:
+    return isinstance(friction, OwnFriction) and friction.gap is not None
+
+
+def _check_parts(friction: OwnFriction, place: str) -> None:
+    """Raise on keys of a contact that are missing, or do not go together."""
+    given = {key for key in ("slip", "normal", "profile", "gap", "restitution") if getattr(friction, key) is not None}
+    if "gap" not in given:
+        for key in ("slip", "normal"):
+            if key not in given:
+                near = difflib.get_close_matches(key, friction.model_extra or {}, n=1, cutoff=0.6)
+                cure = f"is {near[0]} meant?" if near else "own equations say where the contact acts"
+                raise SceneError(f"{place}.{key} is missing; {cure}")
+        if "restitution" in given:
+            raise SceneError(f"{place}.restitution is for contacts that open; add gap, or remove it")
+        return
+    if "normal" in given:
+        raise SceneError(f"{place}.normal: the normal force of a contact with a gap is unknown; remove normal, or gap")
+    if "slip" not in given:
+        rubbing = next((k for k in ("law", "profile") if getattr(friction, k) is not None), None)
+        rubbing = rubbing or next(iter(friction.model_extra or {}), None)
+        if rubbing:
+            raise SceneError(f"{place}.{rubbing} needs a slip; add slip, or remove it for a stop without friction")
+
+
 def _check_start(
     system: System, contacts: list[Contact], initial: Mapping[str, Any], numbers: Mapping[str, Any]
 ) -> None:
@@ -242,6 +278,8 @@ def _check_start(
     parts |= {f"scene.mass[{i}]": e for i, e in enumerate(system.mass)}
     for c in contacts:
         parts |= {f"{key} of contact {c.name!r}": getattr(c, key) for key in ("slip", "normal", "profile")}
+        if c.unilateral is not None:
+            parts |= {f"{key} of contact {c.name!r}": getattr(c.unilateral, key) for key in ("gap", "restitution")}
         parts |= {f"coefficient of contact {c.name!r}": e for e in (c.law.stick, *c.law.breaks)}
     for place, e in parts.items():
         if e.free_symbols <= set(numbers):

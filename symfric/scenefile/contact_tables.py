@@ -49,6 +49,32 @@ class FrictionTable(Section):
     profile: Term | None = None
 
 
+class OwnFriction(FrictionTable):
+    """One contact of own equations; with a gap it opens and strikes, and without slip and law it is a stop.
+
+    Attributes
+    ----------
+    law
+        Name of a friction law; not needed with a gap and without slip.
+    name
+        Name of the contact.
+    slip
+        Relative velocity, linear in the velocities.
+    normal
+        Normal load, in which ``normal_force("name")`` is that of a contact with a gap; not given beside a gap.
+    profile
+        Factor of the coefficient that depends on the coordinates; 1 unless given.
+    gap
+        Distance to what the body strikes, >= 0, of coordinates and ``t``; the normal force is unknown then.
+    restitution
+        Of an impact, from 0 to 1; 0 unless given.
+    """
+
+    law: Text | None = None  # type: ignore[assignment]  # that of a stop
+    gap: Term | None = None
+    restitution: Term | None = None
+
+
 class RowFriction(FrictionTable):
     """One contact of a structure; its normal load may follow the structure, and is zero where it is open.
 

@@ -7,7 +7,7 @@ evaluates it exactly.
 import ast
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -15,7 +15,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.fields import LARGEST
-from symfric.model.outputs import OF_CONTACTS
+from symfric.model.outputs import OF_CONTACTS, normal_force
 from symfric.model.symbols import nearest, shorten
 
 _NUMBER_BEFORE_WORD = re.compile(
@@ -76,7 +76,13 @@ class _Term:
     value: float | None = None
 
 
-def parse_expression(text: str, names: Mapping[str, sp.Expr], place: str, contacts: Sequence[str] = ()) -> sp.Expr:
+def parse_expression(
+    text: str,
+    names: Mapping[str, sp.Expr],
+    place: str,
+    contacts: Sequence[str] = (),
+    kinds: Collection[str] = tuple(OF_CONTACTS),
+) -> sp.Expr:
     """Parse one expression.
 
     Parameters
@@ -90,6 +96,8 @@ def parse_expression(text: str, names: Mapping[str, sp.Expr], place: str, contac
         Place of the text, for messages: ``scene.force[0]``.
     contacts : sequence of str
         Contacts that ``friction_force("name")`` and ``slip("name")`` may ask for.
+    kinds : collection of str
+        Which of these functions are allowed.
 
     Returns
     -------
@@ -102,7 +110,7 @@ def parse_expression(text: str, names: Mapping[str, sp.Expr], place: str, contac
     """
     tree = _syntax_tree(text, place)
     try:
-        result = _Reader(names, place, tuple(contacts)).term(tree).expr
+        result = _Reader(names, place, tuple(contacts), kinds).term(tree).expr
     except SceneError:
         raise
     except (TypeError, ValueError, ArithmeticError, AttributeError, NotImplementedError, RecursionError):
@@ -153,8 +161,8 @@ def _apart(text: str) -> str:
 class _Reader:
     """Converts one syntax tree and counts its branches and nesting."""
 
-    def __init__(self, names: Mapping[str, sp.Expr], place: str, contacts: tuple[str, ...]):
-        self.names, self.place, self.contacts = names, place, contacts
+    def __init__(self, names: Mapping[str, sp.Expr], place: str, contacts: tuple[str, ...], kinds: Collection[str]):
+        self.names, self.place, self.contacts, self.kinds = names, place, contacts, kinds
         self.nodes = self.branching = 0
         self.comparing = False
 
@@ -321,8 +329,9 @@ class _Reader:
 
     def of_contact(self, name: str, arguments: list[ast.expr]) -> _Term:
         """Return the symbol of a contact's friction force or slip."""
-        if not self.contacts:
-            self.refuse(f"{name}(...) is allowed in [outputs] only")
+        if not self.contacts or name not in self.kinds:
+            more = ", or of a contact with a gap" if name == normal_force.__name__ else ""
+            self.refuse(f"{name}(...) is allowed in [outputs] only{more}")
         contact = arguments[0].value if len(arguments) == 1 and isinstance(arguments[0], ast.Constant) else None
         if not isinstance(contact, str):
             self.refuse(f'{name}(...) takes the name of a contact in quotes, as {name}("{self.contacts[0]}")')

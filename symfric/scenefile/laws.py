@@ -40,6 +40,8 @@ def friction_laws() -> dict[str, Callable[..., Law]]:
 def law_of(friction: FrictionTable, place: str, names: Mapping[str, sp.Symbol], values: Mapping[str, float]) -> Law:
     """Return the law of one contact; `names` are the parameters available to it."""
     known = friction_laws()
+    if friction.law is None:
+        raise SceneError(f"{place}.law is missing; add it")
     if friction.law not in known:
         raise SceneError(f"{place}.law: no law {shorten(friction.law, 40)!r}{nearest(friction.law, known)}")
     function, given = known[friction.law], friction.__pydantic_extra__

@@ -23,7 +23,7 @@ from symfric.fields import (
 )
 from symfric.model.symbols import nearest, shorten
 from symfric.motions.table import Ground
-from symfric.scenefile.contact_tables import FrictionTable, RowFriction
+from symfric.scenefile.contact_tables import FrictionTable, OwnFriction, RowFriction
 from symfric.scenefile.held import HeldTables, ResetTables
 from symfric.scenefile.sections import checked
 from symfric.scenefile.structure_tables import FlutterTable, StructureScene
@@ -227,7 +227,11 @@ def read_document(raw: dict[str, Any]) -> Document:
     table = _with_states_of_contacts(_table(data.pop("scene"), "scene"))
     kind = ReadyScene if "model" in table else StructureScene if "structure" in table else OwnScene
     scene = checked(kind, table, "scene")
-    contact = RowFriction if kind is StructureScene else FrictionTable
+    contact: type[FrictionTable] = OwnFriction if kind is OwnScene else FrictionTable
+    contact = RowFriction if kind is StructureScene else contact
+    for own, place in zip(contacts, places, strict=True):
+        if "gap" in own and contact is not OwnFriction:
+            raise SceneError(f"{place}.gap: contacts that open are for own equations; remove gap")
     friction = [checked(contact, c, p) for c, p in zip(contacts, places, strict=True)]
     return checked(Document, {**data, "scene": scene, "friction": friction}, "", extra=("contact",))
 

@@ -12,7 +12,7 @@ from symfric.errors import SceneError
 from symfric.scenefile.read import SceneFile, read_scene_text
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
-_PLACES = ("name", "law", "slip", "normal", "profile")  # keys of a contact that are no coefficients
+_PLACES = ("name", "law", "slip", "normal", "profile", "gap")  # keys of a contact that are no coefficients
 
 
 def tables_of(file: SceneFile) -> dict[str, Any] | None:
@@ -60,7 +60,8 @@ def _contacts(tables: Mapping[str, Any]) -> list[dict[str, Any]]:
     if "contact" in tables:
         return list(tables["contact"])
     friction = tables.get("friction", {})
-    return [friction] if "law" in friction else [c for c in friction.values() if isinstance(c, dict)]
+    alone = "law" in friction or "gap" in friction
+    return [friction] if alone else [c for c in friction.values() if isinstance(c, dict)]
 
 
 def _numbers_of_laws(tables: Mapping[str, Any]) -> list[tuple[dict[str, Any], str]]:

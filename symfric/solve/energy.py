@@ -1,6 +1,7 @@
 """Energy balance along a computed motion: a check independent of the solver's error estimate."""
 
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -11,6 +12,7 @@ from symfric.lower.energy import energy_functions
 from symfric.model.numeric import gauss_legendre
 from symfric.model.outputs import Trajectory
 from symfric.model.scene import Scene
+from symfric.solve.impact_work import struck
 from symfric.solve.input_segments import segments
 from symfric.solve.kicks import brought
 from symfric.solve.lowered import LoweredScene
@@ -32,7 +34,8 @@ def energy_residual(run: "Run") -> float:
     with T the kinetic energy, f all forces but the contacts (potential, damping and input together) and lambda the
     friction forces, and the sum over the resets up to t, taken at the end of every step. Kinetic energy comes from the
     states, the powers from the equations of motion evaluated on the dense output and the kicks from the expressions of
-    the resets, so a wrong mode, a missed event or a jump of the state that no reset makes shows.
+    the resets, so a wrong mode, a missed event or a jump of the state that no reset makes shows. An impact does the
+    work of its impulses, of which none may pull.
 
     Parameters
     ----------
@@ -63,7 +66,9 @@ def imbalance(run: "Run", power: ca.Function, kinetic: ca.Function, numbers: Map
     path = run.path
     if path.coefficients.shape[0] == 0:
         return 0.0
-    kicks = brought(run, kinetic, numbers, lambda times: _parameters(run.base, numbers, times))
+    parameters_at = partial(_parameters, run.base, numbers)
+    kicks, arrived = brought(run, kinetic, numbers, parameters_at)
+    kicks = kicks + struck(run, kinetic, parameters_at, arrived)
     worst, largest, start, work, moved = 0.0, 1e-300, 0.0, 0.0, 0.0
     steps = max(1, _AT_ONCE // (_NODES * path.coefficients.shape[1]))
     for first in range(0, len(path.h), steps):

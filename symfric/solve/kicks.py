@@ -25,8 +25,8 @@ def brought(
     kinetic: ca.Function,
     numbers: Mapping[sp.Symbol, float],
     parameters: Callable[[np.ndarray], np.ndarray],
-) -> np.ndarray:
-    r"""Return the kinetic energy that resets bring at the end of every step of a run, shape (n,).
+) -> tuple[np.ndarray, dict[int, np.ndarray]]:
+    r"""Return the kinetic energy that resets bring at the end of every step of a run, and the states after them.
 
     A kick changes the velocities from :math:`u^-` to :math:`u^+`; its impulse :math:`p = M (u^+ - u^-)` does the work
     :math:`p^T (u^+ + u^-)/2`. The velocities after it are computed here from the expressions of the reset, so that a
@@ -43,18 +43,24 @@ def brought(
         Parameters of the run.
     parameters : callable
         Returns parameters and inputs at times (n,), shape (n_p, n).
+
+    Returns
+    -------
+    work : ndarray, shape (n,)
+    after : dict of int to ndarray, shape (n_x,)
+        States after the resets at the end of a step.
     """
     path, scene = run.path, run.base
     work = np.zeros(path.t.size)
     if not scene.resets or path.t.size < 2:
-        return work
+        return work, {}
     after_all, guards = resets_functions(scene)
     due, falling = _timed(run, numbers), _Falling(run, guards, parameters)
     for r, k in falling.crossings():
         due.setdefault(k, []).append((r, falling.columns[r]))
     ends = np.array(sorted({*due, *falling.jumps}), dtype=int)
     if not ends.size:
-        return work
+        return work, {}
     times, before, after = path.t[ends + 1], path.ends(ends), path.coefficients[ends + 1, :, 0].T
     p = parameters(times)
     sampled = {s.name for h in scene.held for s in h.states} - {n for r in scene.resets for n in r.targets}
@@ -73,7 +79,7 @@ def brought(
     for r, cases in falling.jumped(ends, state, times, p):
         take(cases, np.full(cases.size, falling.columns[r]))
     work[ends] = np.array(kinetic(state, p) - kinetic(before, p)).ravel()
-    return work
+    return work, dict(zip(ends.tolist(), state.T, strict=True))
 
 
 class _Falling:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from symfric.errors import RunFailed, SceneError
+from symfric.lower.mode_layout import OPEN
 from symfric.model.notebook import changes_of_mode, html_table
 from symfric.model.results import ArrayResult, Labelled
 from symfric.model.scene import Scene
@@ -32,7 +33,7 @@ class Event:
     t : float
     contact : str
     before, after : int
-        Modes: -1 slips backward, 0 sticks, +1 slips forward.
+        Modes: -1 slips backward, 0 sticks, +1 slips forward, 2 is open.
 
     Examples
     --------
@@ -49,10 +50,12 @@ class Event:
 
     @property
     def kind(self) -> str:
-        """'stick', 'slip' (a release) or 'reversal'."""
+        """'stick', 'slip' (a release), 'reverse', 'open', 'close', or 'impact' (of a contact that opens again)."""
+        if OPEN in (self.before, self.after):
+            return "impact" if self.before == self.after else "open" if self.after == OPEN else "close"
         if self.after == 0:
             return "stick"
-        return "slip" if self.before == 0 else "reversal"
+        return "slip" if self.before == 0 else "reverse"
 
 
 class Raw(NamedTuple):
@@ -227,7 +230,7 @@ class Run(ArrayResult):
 
     @cached_property
     def mode(self) -> np.ndarray:
-        """Modes from each time on, shape (n_contacts, n_t): -1 slips backward, 0 sticks, +1 slips forward."""
+        """Modes from each time on, shape (n_contacts, n_t): -1 slips backward, 0 sticks, +1 forward, 2 is open."""
         places = [self._numbered.index(c.name) for c in self.base.contacts]
         mode = self.path.mode.T[places]
         return np.column_stack([mode, mode[:, -1:]]) if mode.shape[1] else mode
@@ -304,7 +307,7 @@ class Run(ArrayResult):
         if self.raw.events is None:
             raise SceneError("no events were kept; want them with outputs={'events': sf.Events()}")
         contacts = self._numbered
-        rows = zip(*self.raw.events, strict=True)
+        rows = sorted(zip(*self.raw.events, strict=True), key=lambda row: float(row[0]))  # the end of bounces is late
         return tuple(Event(float(t), contacts[i], int(a), int(b)) for t, (i, a, b) in rows)
 
     @cached_property
@@ -395,6 +398,15 @@ class Run(ArrayResult):
     def __repr__(self) -> str:
         events = int(self.stats.get("events", 0))
         return f"Run({self.status.name}, {self.route}, t_final={self.t_final:g}, {events} events)"
+
+
+def stuck(run: Run) -> np.ndarray:
+    """Return whether each contact sticks from each time of a run on, shape (n_contacts, n_t).
+
+    A closed stop does not: it has no friction.
+    """
+    rubs = np.array([not c.frictionless for c in run.scene.contacts], dtype=bool)
+    return (run.mode == 0) & rubs[:, None]
 
 
 def finished(run: Run) -> Run:

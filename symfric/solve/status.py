@@ -31,6 +31,7 @@ class Status(IntEnum):
     INTEGRATOR = 8
     NO_DERIVATIVE = 9
     QUEUE_FULL = 10
+    PAINLEVE = 11
 
 
 ADVICE = {
@@ -56,6 +57,9 @@ ADVICE = {
     "time, or it starts on the edge of sticking; move the parameter or the start, or compare runs on both sides",
     Status.QUEUE_FULL: "more values of a held variable are on their way than it has places for, or its delay is "
     "negative; give it more places, sf.Held(..., waiting=...)",
+    Status.PAINLEVE: "the forces of contacts that open have no solution or several here (the paradox of Painleve): "
+    "friction lets a normal force press its own contact; lower the friction, change the geometry, or put a stiffness "
+    "in place of the rigid contact",
 }
 
 # what helps the caller of a function that simulates by itself and takes no route

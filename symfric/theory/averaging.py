@@ -10,7 +10,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.long_calls import logged
 from symfric.model.numeric import numeric
-from symfric.model.scene import Scene, check_scene
+from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
 from symfric.theory.equilibrium import rests_smoothly, solve
@@ -125,6 +125,7 @@ class AveragedOscillator:
 def _oscillator(scene: Scene) -> AveragedOscillator:
     """Check the scene, find its equilibrium and split it into oscillator and rest."""
     check_scene(scene)
+    check_given_loads(scene, "averaging")
     scene = scene.written_out()
     system = scene.system
     if len(system.q) != 1 or system.z:

@@ -11,7 +11,7 @@ from symfric.long_calls import logged
 from symfric.model.excitation import frequency_of
 from symfric.model.laws import Law
 from symfric.model.outputs import OutputOfExpression
-from symfric.model.scene import Scene, check_scene
+from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
 
@@ -99,6 +99,7 @@ def _harmonic_force(scene: Scene) -> HarmonicForce:
     system = scene.system
     if scene.clocks:
         raise SceneError("separate takes a scene without held variables and resets")
+    check_given_loads(scene, "separate")
     values = {**scene.values, TIME: sp.Integer(0)}
     scene.numbers()
     for i, e in enumerate(system.z_rate):

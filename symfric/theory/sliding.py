@@ -23,7 +23,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.constant_parameters import vanishing
 from symfric.model.contact_states import coefficient, rates_by_side
-from symfric.model.scene import Scene, check_scene
+from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
 from symfric.theory.springs_with_sliders import Spring, replaced
@@ -173,6 +173,7 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
     check_scene(scene)
     if scene.clocks:
         raise SceneError("steady sliding needs a scene without held variables and resets")
+    check_given_loads(scene, "steady sliding")
     if scene.inputs:
         name = next(iter(scene.inputs)).name
         raise SceneError(f"the sampled input {name} depends on time; steady sliding needs a scene without inputs")

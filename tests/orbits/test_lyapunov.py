@@ -101,7 +101,7 @@ def test_coulomb_friction_contracts_at_its_jumps_alone():
     run = sf.simulate(scene, 1e-12)
     period = 2 * np.pi / b
     last = [e for e in run.events if e.t > run.t_final - 20 * period]
-    assert {e.kind for e in last} == {"reversal"}
+    assert {e.kind for e in last} == {"reverse"}
     assert len(last) == 40
     pull = np.cos(b * np.array([e.t for e in last])) - run([e.t for e in last])[0]
     jumps = np.log(

@@ -13,7 +13,7 @@ def rod(mu_m=0.19, zeta=0.009, f_n=5.3, **more):
 
 def turning_points(run, x0=0.01):
     """Distances of the turning points: the start, and where the rod reverses or sticks, to alternating sides."""
-    times = [e.t for e in run.events if e.kind in ("reversal", "stick")]
+    times = [e.t for e in run.events if e.kind in ("reverse", "stick")]
     return [x0, *((-1) ** (k + 1) * float(run(t)[0]) for k, t in enumerate(times))]
 
 

@@ -14,7 +14,7 @@ from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound
 from symfric.long_calls import logged
 from symfric.model.results import Result
-from symfric.model.scene import Scene
+from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import Key
 from symfric.solve.routes import prepare
 
@@ -117,6 +117,8 @@ def isolator(
     >>> found.status
     'optimal'
     """
+    check_scene(scene)
+    check_given_loads(scene, "isolator, whose measure is an acceleration,")
     problem = Isolated(scene, motions, bounds, dict(limits or {}), minimise, over)
     points = problem.grid()
     table = problem.survey(points)

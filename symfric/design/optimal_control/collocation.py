@@ -24,7 +24,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.long_calls import logged
 from symfric.model.outputs import End, Integral
 from symfric.model.results import Drawable, Result
-from symfric.model.scene import Scene, check_scene
+from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import TIME, Key, finite, name_of
 from symfric.solve.routes import simulate
 
@@ -194,6 +194,7 @@ def collocation(
     2.0966
     """
     check_scene(scene)
+    check_given_loads(scene, "optimal control by collocation")
     scene = scene.written_out()
     symbols = [scene.parameter(k) for k in controls]
     names = [s.name for s in scene.system.states]

@@ -14,7 +14,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.laws import Law
 from symfric.model.outputs import End
-from symfric.model.scene import Scene, check_scene
+from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import TIME, name_of
 from symfric.theory.separation import separate
 
@@ -91,6 +91,7 @@ def read_belt(scene: Scene) -> Belt:
         or if one of several contacts slips otherwise than ``u - v_b``.
     """
     check_scene(scene)
+    check_given_loads(scene, "quench")
     scene = scene.written_out()
     _check_shape(scene)
     named = {s.name: s for s in scene.values}

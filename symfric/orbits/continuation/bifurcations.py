@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symfric.errors import NotFound
-from symfric.lower.mode_layout import contact_of_gap, is_slip_gap, slip_gap
+from symfric.lower.mode_layout import OPEN, contact_of_gap, is_slip_gap, slip_gap
 from symfric.lower.relaxed_guards import LIFTS, lift_of
 from symfric.orbits.cycle import multipliers_of
 from symfric.orbits.flow_map import FlowMap, Guard
@@ -161,8 +161,11 @@ def _landing(system: ShootingSystem, k: int, size: float, lift: np.ndarray) -> T
     return TestFunction(value, slopes)
 
 
-def has_others(passage: Passage, k: int) -> bool:
+def has_others(flow: FlowMap, passage: Passage, k: int) -> bool:
     """Whether guard k causes another event on the orbit, which relaxing it would remove too."""
+    opening = flow.opening_of(k)
+    if opening is not None:
+        return any(i == opening and before == OPEN for _, i, before, _ in passage.events)
     begins = [before == 0 for _, i, before, _ in passage.events if i == contact_of_gap(k)]
     return not all(begins) if is_slip_gap(k) else any(begins)
 
@@ -212,6 +215,8 @@ def _graze(system: ShootingSystem, condition: Condition) -> TestFunction:
             raise NotFound("the event does not occur on this orbit")
         start, _, values = system.unpack(z)
         time, contact, before, after = passage.events[condition.event]
+        if OPEN in (before, after):
+            raise NotFound("the event is an impact")
         guard = system.flow.guard(start, values, time, contact, before or -after, sticks=before == 0)
         size = 1.0 if before == 0 else guard_size(system, z, passage, slip_gap(contact))
         if not guard.bend > 0:
@@ -231,12 +236,17 @@ def _graze(system: ShootingSystem, condition: Condition) -> TestFunction:
 
 def slip_ends(passage: Passage, contact: int) -> list[tuple[float, int]]:
     """Return the times at which slips of a contact end, and their directions."""
-    return [(t, before) for t, i, before, _ in passage.events if i == contact and before]
+    slips = ((t, before) for t, i, before, after in passage.events if i == contact and OPEN not in (before, after))
+    return [(t, before) for t, before in slips if before]
 
 
 def ignoring(flow: FlowMap, k: int, size: float) -> np.ndarray:
     """Return the guard shifts with which a motion ignores guard k of `Passage.gaps`."""
-    lift = np.zeros(LIFTS * len(flow.lines))
+    lift = np.zeros(flow.n_lifts)
+    opening = flow.opening_of(k)
+    if opening is not None:
+        lift[LIFTS * len(flow.lines) + flow.openings.index(opening)] = LIFTED * size
+        return lift
     lift[lift_of(contact_of_gap(k), slips=is_slip_gap(k))] = LIFTED * size
     return lift
 
@@ -247,6 +257,8 @@ def guard_size(system: ShootingSystem, z: np.ndarray, passage: Passage, k: int) 
     The bound is the largest static friction at the start and where the contact begins to stick.
     """
     flow, contact = system.flow, contact_of_gap(k)
+    if flow.opening_of(k) is not None:
+        return float(np.max(passage.ranges[: len(flow.scene.system.q)]))
     if is_slip_gap(k):
         n_q = len(flow.scene.system.q)
         return float(np.max(passage.ranges[n_q : 2 * n_q]))

@@ -9,7 +9,7 @@ import numpy as np
 from symfric.axes import Axes
 from symfric.errors import SceneError
 from symfric.long_calls import logged
-from symfric.lower.mode_layout import contact_of_gap
+from symfric.lower.mode_layout import contact_of_gap, slip_gap
 from symfric.model.notebook import html_table
 from symfric.model.results import ArrayResult, Drawable, Labelled, plain
 from symfric.model.scene import Scene, check_scene
@@ -74,6 +74,10 @@ class Special:
         lines = [c.name for c in contacts if c.along_line]
         if where.turn is not None:
             return lines[where.turn[0]]
+        if where.guard >= slip_gap(len(lines)):
+            stops = [c.name for c in contacts if c.frictionless]
+            opening = [*stops, *(c.name for c in contacts if c.unilateral is not None and not c.frictionless)]
+            return opening[where.guard - slip_gap(len(lines))]
         return lines[contact_of_gap(where.guard)] if where.guard >= 0 else None
 
     def __repr__(self) -> str:

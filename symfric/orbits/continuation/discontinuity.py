@@ -7,7 +7,7 @@ from typing import NamedTuple, TypeGuard
 import numpy as np
 
 from symfric.errors import NotFound
-from symfric.lower.mode_layout import contact_of_gap, gaps, is_slip_gap, slip_gap
+from symfric.lower.mode_layout import OPEN, contact_of_gap, gaps, is_slip_gap, slip_gap
 from symfric.lower.relaxed_guards import FAR
 from symfric.orbits.continuation.bifurcations import (
     Condition,
@@ -91,7 +91,7 @@ def corner_between(
                 return corner._replace(beyond=other)
     peaked = system.flow.peaked(contact, system.unpack(one.z)[2])
     for k in _guards(untouched, contact, system):
-        again = has_others(untouched.passage, k)
+        again = has_others(system.flow, untouched.passage, k)
         corner = touch(system, untouched, Condition("grazing" if again else kind, k, side=int(peaked or again)))
         if lies_there(corner):
             return corner._replace(beyond=other)
@@ -122,7 +122,7 @@ def corner_ahead(
         return bool(np.max(np.abs(away)) < most and away @ (way / size) > -_BEHIND)
 
     ends = []
-    for contact in range(len(system.flow.lines)):
+    for contact in sorted({*range(len(system.flow.lines)), *system.flow.openings}):
         for corner in _edges(system, point, contact):
             if not near(corner, _HALT):
                 continue
@@ -141,6 +141,8 @@ def corner_ahead(
                 if beyond is not None:
                     kind = kind_of(*(p.passage for p in _in_order(point, beyond)))
                     return graze._replace(condition=Condition(kind, k), beyond=beyond)
+                if system.flow.opening_of(k) is not None:  # near it, orbits that strike may be none, or unstable
+                    ends.append(graze)
     ends += [corner for corner in (_landing(system, point), *_grazes(system, point)) if corner and near(corner, _CLOSE)]
     inside = [corner for corner in ends if span[0] <= corner.value <= span[1]]
     return min(inside, key=lambda corner: np.max(np.abs(corner.edge - point.z) / size), default=None)
@@ -179,7 +181,7 @@ def touch(system: ShootingSystem, untouched: Point, condition: Condition) -> Cor
     Unless approached from one side, it is computed with that guard relaxed, so the contact must have no other events of
     this kind.
     """
-    if not condition.side and has_others(untouched.passage, condition.guard):
+    if not condition.side and has_others(system.flow, untouched.passage, condition.guard):
         return None
     try:
         size = guard_size(system, untouched.z, untouched.passage, condition.guard)
@@ -187,7 +189,8 @@ def touch(system: ShootingSystem, untouched: Point, condition: Condition) -> Cor
     except NotFound:
         return None
     same = signature(touching.passage) == signature(untouched.passage)
-    jump = bool(condition.side) and system.flow.peaked(contact_of_gap(condition.guard), system.unpack(touching.z)[2])
+    jump = bool(condition.side) and system.flow.opening_of(condition.guard) is None
+    jump = jump and system.flow.peaked(contact_of_gap(condition.guard), system.unpack(touching.z)[2])
     return Corner(condition, system, touching, jump=jump) if same else None
 
 
@@ -195,7 +198,9 @@ def _landing(system: ShootingSystem, point: Point) -> Corner | None:
     """Return the nearby orbit whose first event is a grazing of its guard, beyond which the event is missed."""
     if not point.passage.events:
         return None
-    _, contact, before, _ = point.passage.events[0]
+    _, contact, before, after = point.passage.events[0]
+    if OPEN in (before, after):
+        return None
     for k in (k for k in gaps(contact) if is_slip_gap(k) == bool(before)):
         condition = Condition("grazing", k, landing=True)
         try:
@@ -226,7 +231,7 @@ def _grazes(system: ShootingSystem, point: Point) -> list[Corner]:
 
 def _without_sticking(system: ShootingSystem, point: Point, contact: int) -> Point | None:
     """Return the nearby orbit that ignores the zero slip at which a contact of the given orbit sticks."""
-    if all(i != contact for _, i, _, _ in point.passage.events):
+    if all(i != contact for _, i, _, _ in point.passage.events) or contact >= len(system.flow.lines):
         return None
     k = slip_gap(contact)
     lift = ignoring(system.flow, k, guard_size(system, point.z, point.passage, k))
@@ -276,12 +281,14 @@ def _turns_that_differ(untouched: Passage, touched: Passage, contact: int) -> li
 
 def kind_of(untouched: Passage, touched: Passage) -> str:
     """Return the kind of the corner between two orbits."""
-    sticks = [sum(b == 0 for _, _, _, b in p.events) for p in (untouched, touched)]
+    sticks = [sum(b == 0 and a != OPEN for _, _, a, b in p.events) for p in (untouched, touched)]
     return "stick-onset" if sticks[0] < sticks[1] else "grazing"
 
 
 def _guards(point: Point, contact: int, system: ShootingSystem) -> list[int]:
     """Return the guards of a contact that have a local minimum on the orbit, the nearest to zero first."""
     near = np.abs(point.passage.gaps)
-    rows = [k for k in gaps(contact) if near[k] < FAR]
+    rows = [*(gaps(contact) if contact < len(system.flow.lines) else ())]
+    rows += [system.flow.gap_of(contact)] if contact in system.flow.openings else []
+    rows = [k for k in rows if near[k] < FAR]
     return sorted(rows, key=lambda k: near[k] / guard_size(system, point.z, point.passage, k))

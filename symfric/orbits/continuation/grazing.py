@@ -75,7 +75,7 @@ def _touched(
             beyond = _beyond(system, corner, size, touches=untouched is last)
             if beyond is not None and signature(beyond.passage) != signature(last.passage):
                 pair = (corner.point.passage, (beyond if untouched is last else last).passage)
-                kind = "grazing" if has_others(corner.point.passage, k) else kind_of(*pair)
+                kind = "grazing" if has_others(system.flow, corner.point.passage, k) else kind_of(*pair)
                 return corner._replace(condition=replace(corner.condition, kind=kind), beyond=beyond)
     return None
 

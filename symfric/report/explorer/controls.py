@@ -68,7 +68,7 @@ def controls(explorer: Explorer) -> Controls:
         {r.name: _number(r) for r in explorer.ranges},
         {r.name: _number(r, "start of ") for r in explorer.starts},
         _choice([q.name for q in scene.system.q], "coordinate"),
-        _choice([c.name for c in scene.contacts], "contact"),
+        _choice([c.name for c in scene.contacts if not c.frictionless], "contact"),
         Button(label="Reset", name="reset", width=90),
         Button(label="Save as TOML", name="save", width=140, disabled=explorer.tables is None),
         saved,

@@ -109,11 +109,11 @@ def _figures(explorer: Explorer) -> Named:
     from bokeh.models import ColumnDataSource
 
     phase, history = _figure("phase portrait"), _figure("motion")
-    sticks = "sticking" if explorer.file.scene.contacts else ""
+    sticks = "sticking" if explorer.rubbing else ""
     _lines(phase, ("phase", BLUE, 1, ""), ("held", ORANGE, 3.5, sticks))
     _lines(history, ("history", BLUE, 1, ""), ("stuck", ORANGE, 3.5, sticks))
     figures = {"phase": phase, "motion": history}
-    if explorer.file.scene.contacts:
+    if explorer.rubbing:
         figures["friction"] = _figure("friction")
         _lines(figures["friction"], ("law", BLUE, 1, "law"), ("effective", ORANGE, 1.5, "under the fast excitation"))
     if explorer.swept:
@@ -138,7 +138,7 @@ def _label(figures: Named, explorer: Explorer, coordinate: int, contact: int) ->
     q, u = (_in_unit(s[coordinate].name, units.get(s[coordinate].name)) for s in (system.q, system.u))
     labels = {"phase": (q, u), "motion": (_in_unit("t", units.get("t")), q)}
     if "friction" in figures:
-        speed = units.of(explorer.file.scene.contacts[contact].slip)
+        speed = units.of(explorer.rubbing[contact].slip)
         labels["friction"] = (_in_unit("sliding speed", speed), "coefficient")
     if "amplitude" in figures:
         labels["amplitude"] = (_in_unit(explorer.swept, units.get(explorer.swept)), f"half range of {q}")

@@ -110,6 +110,11 @@ class Explorer:
     steady: Settling
     friction: tuple[Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]], ...]
 
+    @property
+    def rubbing(self) -> tuple[Contact, ...]:
+        """The contacts with friction, in the order of `friction`."""
+        return tuple(c for c in self.file.scene.contacts if not c.frictionless)
+
     def excited(self, values: Numbers) -> bool:
         """Whether time enters the equations for some values."""
         return is_excited(self.file.scene.where(values))
@@ -202,7 +207,7 @@ def explorer(file: SceneFile) -> Explorer:
         _coarse_first(speeds),
         motion,
         Settling(scene, times, extremes, tolerance=TOLERANCE),
-        tuple(_friction(file, contact, fastest) for contact in scene.contacts),
+        tuple(_friction(file, contact, fastest) for contact in scene.contacts if not contact.frictionless),
     )
     for values in _choices_of_zeros(prepared.ranges):
         prepared.view(values)

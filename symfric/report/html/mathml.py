@@ -13,6 +13,7 @@ from sympy.printing.mathml import MathMLPresentationPrinter
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.contact_states import coefficient
 from symfric.model.laws import Law
+from symfric.model.outputs import normal_force
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
@@ -38,6 +39,7 @@ OPEN, CLOSE = Markup("<mo stretchy='false'>(</mo>"), Markup("<mo stretchy='false
 DOT = Markup("<mo>·</mo>")
 COMMA = Markup("<mo>,</mo><mspace width='1em'/>")
 SLIPS, SPEEDS = ("w", "s", "r", "xi"), ("v", "s", "c", "nu")  # letters for the slip and the sliding speed in a law
+PRESSED = f"{normal_force.__name__}("  # how the symbol of a normal force begins, written N with the contact as index
 HIDDEN = "D_of_"  # prefix of a velocity's name that stands for its rate, written with a dot
 
 
@@ -57,6 +59,11 @@ class _Printer(MathMLPresentationPrinter):
             dot.appendChild(self.dom.createTextNode("˙"))
             over.appendChild(dot)
             return over
+        if sym.name.startswith(PRESSED):
+            index = self.dom.createElement("msub")
+            index.appendChild(super()._print_Symbol(sp.Symbol("N")))
+            index.appendChild(self._text(sym.name.removeprefix(PRESSED)[:-1]))
+            return index
         return super()._print_Symbol(letter(sym))
 
     def _print_Piecewise(self, expr: sp.Piecewise) -> Any:
@@ -156,17 +163,19 @@ def equations_of_motion(scene: Scene) -> list[Markup]:
     lines.append(block([COMMA.join(same)], "velocities are the rates of the coordinates"))
     for i, force in enumerate(system.force):
         parts = [*_inertia(system.mass.row(i), rates), EQUALS]
-        pulls = [(c, c.slip.diff(system.u[i])) for c in scene.contacts]
-        pulls = [(c, slope) for c, slope in pulls if not slope.is_zero]
+        pulls = [(_force_name(c), c.slip.diff(system.u[i])) for c in scene.contacts]
+        pulls += [(to_mathml(c.normal), c.unilateral.gap.diff(system.q[i])) for c in scene.contacts if c.unilateral]
+        pulls = [(shown, slope) for shown, slope in pulls if not slope.is_zero]
         if not (force.is_zero and pulls):
             parts.append(to_mathml(force))
-        for contact, slope in pulls:
+        for shown, slope in pulls:
             negative = slope.could_extract_minus_sign()
-            parts.append(operator("−" if negative else "+") if len(parts) > 2 or negative else Markup(""))
+            if negative or parts[-1] != EQUALS:
+                parts.append(operator("−" if negative else "+"))
             size = -slope if negative else slope
             if size != 1:
                 parts.append(_in_brackets(size))
-            parts.append(_force_name(contact))
+            parts.append(shown)
         lines.append(block(parts, f"equation of motion of {system.q[i].name}"))
     still = {s for h in scene.held for s in h.states}
     for z, rate in ((z, rate) for z, rate in zip(system.z, system.z_rate, strict=True) if z not in still):
@@ -205,6 +214,21 @@ def law_in_letters(spec: LawSpec | None, contact: Contact) -> Law:
     given = {n: sp.Symbol(n, positive=True) for n in inspect.signature(function).parameters if n in spec.coefficients}
     law: Law = function(**given)
     return law
+
+
+@alone(SYMBOLIC)
+def opening_of_contact(contact: Contact) -> list[Markup]:
+    """Return the displayed normal direction of a contact that opens: gap, normal force, impact."""
+    assert contact.unilateral is not None
+    gap, force = contact.unilateral.gap, to_mathml(contact.normal)
+    zero, own = Markup("<mn>0</mn>"), to_mathml(sp.Symbol(f"g_{contact.name}"))
+    rate = Markup("<mover>{}<mo>˙</mo></mover>").format(own)
+    shown = [own, EQUALS, to_mathml(gap), operator("≥"), zero, COMMA, force, operator("≥"), zero, COMMA]
+    lines = [block([*shown, force, own, EQUALS, zero], f"gap and normal force of contact {contact.name}")]
+    e = contact.unilateral.restitution
+    before, after = (Markup("<msup>{}<mo>{}</mo></msup>").format(rate, sign) for sign in ("−", "+"))
+    rebound = [zero] if e.is_zero else [MINUS, *([] if e == 1 else [_in_brackets(e)]), before]
+    return [*lines, block([after, EQUALS, *rebound, _words("in an impact")], f"impact of contact {contact.name}")]
 
 
 @alone(SYMBOLIC)

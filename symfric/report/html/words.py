@@ -86,7 +86,7 @@ def typeset(text: str, names: Iterable[str], expressions: Iterable[sp.Expr] = ()
     forms = [
         rf"(?<={place} ){re.escape(n)}(?=[ ,.;]|$)"
         for n in sorted(formulas, key=len, reverse=True)
-        for place in ("slipping at", "load", "profile")
+        for place in ("slipping at", "load", "profile", "gap", "restitution")
     ]
     forms += [rf"{re.escape(n)}(?= = )" for n in known] + [rf"{re.escape(n)}(?![\w(])" for n in odd]
     forms += [rf"(?<={place} ){re.escape(n)}(?!\w)" for n in known for place in ("half range of", "mean of", "against")]

@@ -9,13 +9,14 @@ import sympy as sp
 
 from symfric.ensemble.cases import Listed
 from symfric.model.excitation import excitation_of
-from symfric.model.outputs import Integral, Max, Min, Output, Trajectory, dissipated_power
+from symfric.model.outputs import Integral, Max, Min, Output, Trajectory, dissipated_power, normal_force
 from symfric.model.scene import Scene
 from symfric.orbits.steady_state import (
     END,
     Schedule,
     Vibration,
     measuring,
+    open_intervals,
     schedule,
     settling,
     state_symbol,
@@ -31,6 +32,7 @@ from symfric.solve.routes import simulate
 SAMPLES = 4000  # samples of a motion to draw
 MOST_STEPS = 40_000  # further samples, at the steps of a run; of more, at every second, third, ...
 MOST_CONTACTS = 40  # of which the loads and the energies are computed
+STRIKES = ("impact", "close")  # kinds of events
 PATH = "motion of the study"  # name of an additional output, unlikely to occur in a file
 
 
@@ -54,6 +56,10 @@ class SampledMotion:
     energy_residual : float
     also : dict of str to float
         Further outputs that a page shows.
+    opens : dict of str to tuple of (start, end)
+        Intervals in which each contact is open.
+    impacts : dict of str to int
+        How often each contact that opens strikes.
     """
 
     t: np.ndarray
@@ -67,6 +73,8 @@ class SampledMotion:
     events: int
     energy_residual: float
     also: Mapping[str, float] = field(default_factory=dict)
+    opens: Mapping[str, tuple[tuple[float, float], ...]] = field(default_factory=dict)
+    impacts: Mapping[str, int] = field(default_factory=dict)
 
     def sticking(self, contacts: Sequence[str], ends: bool = True) -> np.ndarray:
         """Whether any of some contacts sticks at each time, shape (n_t,), with or without the ends of the intervals."""
@@ -101,12 +109,21 @@ def motion(scene: Scene, also: Mapping[str, Output] = MappingProxyType({}), tole
         int(run.stats.get("events", 0)),
         float(run.energy_residual()),
         {k: v for k, v in scalars.items() if k in also},
+        open_intervals(run),
+        {c.name: sum(e.contact == c.name and e.kind in STRIKES for e in run.events) for c in scene.contacts_that_open},
     )
 
 
+def largest_load(contact: str) -> str:
+    """Return the name of the output of the largest normal force of a contact."""
+    return f"largest load of contact {contact}"
+
+
 def contact_outputs(scene: Scene) -> dict[str, Output]:
-    """Return outputs of the motion that say what the contacts of a structure do."""
+    """Return outputs of the motion that say what the contacts of a structure do, or contacts that open."""
     outputs: dict[str, Output] = {}
+    if scene.contacts_that_open:
+        return {largest_load(c.name): Max(normal_force(c.name)) for c in scene.contacts}
     if scene.system.linear is None or len(scene.contacts) > MOST_CONTACTS:
         return outputs
     for c in scene.contacts:

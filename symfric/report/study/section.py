@@ -181,7 +181,7 @@ class StudyResult:
         """Return a sentence on the scene with the names of symbols set as mathematics."""
         scene = self.file.scene
         names = [s.name for s in (*scene.system.states, *scene.system.rows, *scene.parameters)]
-        return typeset(text, names, [e for c in scene.contacts for e in (c.slip, c.normal, c.profile)])
+        return typeset(text, names, [e for c in scene.contacts for e in c.expressions])
 
 
 def csv_text(head: Iterable[str], rows: Iterable[Iterable[Any]]) -> str:

@@ -111,6 +111,8 @@ def _cheapest(scene: Scene, timeless: Scene, modal: Matrices) -> bool:
 def _in_closed_form(lowered: LoweredScene) -> Form:
     """Return the closed form of a single mass, which needs no matrices."""
     scene = lowered.scene
+    if scene.contacts_that_open:
+        raise NoRoute("a contact opens")
     if scene.inputs:
         recorded = recorded_in(lowered)
         words = "one mass on the floor under a sampled input, from sample to sample in closed form"

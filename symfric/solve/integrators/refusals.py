@@ -52,6 +52,8 @@ def _jumping(automaton: Automaton, plugin: str | None, scene: Scene) -> str:
     """Return why the route declines what only the event loop takes; empty if there is nothing."""
     if scene.clocks:
         return "held variables and resets are for the route 'taylor'"
+    for c in scene.contacts_that_open:
+        return f"contact {c.name!r} opens and strikes, which only the event loop takes"
     if automaton.steps and plugin not in ONE_STEP and any(map(jumps_in_time, scene.system.expressions)):
         return f"a force steps in time, over which {plugin} steps without an event"
     held = {s for s, signal in scene.inputs.items() if signal.hold}

@@ -5,6 +5,7 @@ from symfric.solve.status import Status
 # how a run ends
 OK, UNDECIDED, LOST_CONTACT = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
 NOT_FINITE, STEP_COLLAPSE = int(Status.NOT_FINITE), int(Status.STEP_COLLAPSE)
+PAINLEVE = int(Status.PAINLEVE)
 STEP_BUDGET, EVENT_BUDGET, CHATTER = int(Status.STEP_BUDGET), int(Status.EVENT_BUDGET), int(Status.CHATTER)
 QUEUE_FULL = int(Status.QUEUE_FULL)
 
@@ -18,4 +19,4 @@ SLIP, TERMS, PULL, LOAD, DROP, FORCES, COUPLING = range(7)
 # entries of `code`: the first of all modes, then those of one or two variants of the series
 GAUGE, REACH, VARIANTS = range(3)
 PRELUDE, SERIES, PROBE, UNSEEN, ROW_TERMS, FUNCTIONS = range(6)  # of one variant, and how many
-JUMP, TRANSITION = VARIANTS + 2 * FUNCTIONS, VARIANTS + 2 * FUNCTIONS + 1
+JUMP, TRANSITION, IMPACT = (VARIANTS + 2 * FUNCTIONS + k for k in range(3))

@@ -12,6 +12,7 @@ from symfric.solve.loop.codes import (
     LOST_CONTACT,
     NOT_FINITE,
     OK,
+    PAINLEVE,
     QUEUE_FULL,
     SEGMENT,
     SETTLE,
@@ -19,11 +20,13 @@ from symfric.solve.loop.codes import (
 )
 from symfric.solve.loop.events.crossings import cross
 from symfric.solve.loop.events.first_event import first_event
+from symfric.solve.loop.events.impacts import jams, log_openings
 from symfric.solve.loop.events.saltation import jump, remember
 from symfric.solve.loop.events.time_steps import mark_steps
 from symfric.solve.loop.events.transitions import transit
 from symfric.solve.loop.modes.layout import mode
 from symfric.solve.loop.modes.mode_selection import keep_scales, settle
+from symfric.solve.loop.modes.trial_modes import settle_openings
 from symfric.solve.loop.precision import EPS, STRETCH
 from symfric.solve.loop.recording.accumulation import accumulate
 from symfric.solve.loop.recording.trajectory import store_event, store_step
@@ -115,13 +118,13 @@ def drive(w: LoopArrays) -> int:
             if holds == tau:
                 break
             if tau <= max(16.0 * EPS * w.y[n_x], _LEAST_STEP * w.clock.t_end):
-                return STEP_COLLAPSE
+                return _collapse(w, n_x)
             last, h = False, holds
             tau = first_event(w, n_x, n_c, h, h)
         if tau < h:
             last = False
         elif not last and h <= 2.0 * EPS * abs(w.y[n_x]):
-            return STEP_COLLAPSE
+            return _collapse(w, n_x)
         if tau > 0.0:
             _advance(w, n_x, n_c, tau)
         for i in range(n_x):
@@ -137,6 +140,12 @@ def drive(w: LoopArrays) -> int:
         w.counts.phase = SETTLE if w.counts.flagged else EXPAND
         if w.counts.flagged == LOADED:
             return LOST_CONTACT
+
+
+@compiled
+def _collapse(w: LoopArrays, n_x: int) -> int:
+    """Return the status of steps that become too short: PAINLEVE if a normal force grows without bound."""
+    return PAINLEVE if jams(w, n_x) else STEP_COLLAPSE
 
 
 @compiled(inline=True, fused=True)
@@ -179,18 +188,22 @@ def _switch(w: LoopArrays, n_x: int, n_c: int) -> int:
     changed = transit(w, n_c) if w.contacts.other_guards.size else 0
     if changed < 0:
         return QUEUE_FULL
-    status = settle(w)
+    status = settle_openings(w, starting) if w.openings.variable.size else settle(w)
     if status != OK:
         return status
     if w.limits.first_crossing < w.guards.hit.size and cross(w, n_x, starting):
         return CHATTER
     if w.limits.varied:
         jump(w, n_x, n_c, starting)
+    if w.openings.variable.size:
+        changed += log_openings(w, starting)
     keep_scales(w, n_x, n_c)
     at_rest = n_c > 0
     for i in range(n_c):
         new = mode(w, i)
         at_rest = at_rest and new == 0
+        if w.contacts.opens[i] >= 0:
+            continue  # its events are stored already
         if new != w.selection.old[i] and not starting:
             changed += 1
             if w.limits.keep_events:

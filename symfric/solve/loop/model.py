@@ -60,6 +60,8 @@ def series_model(
     functions += [jump] if jump else []
     if automaton.transition:
         functions.append(_joined_transition(automaton))
+    if automaton.impact:
+        functions.append(_joined_impact(automaton, automaton.impact))
     code = compile_functions(functions, [*rare, joined_gauge(automaton.gauge)])
     pieces = segments([scene.inputs[i] for i in automaton.inputs], scene.horizon)
     first = make_arrays(automaton, variants, code.addresses, wanted.rows, pieces, jump)
@@ -76,6 +78,7 @@ def series_model(
     limits.steps, limits.holds = len(automaton.steps), _slips_jump(scene)
     limits.first_load, limits.first_other = automaton.layout.first_load, automaton.layout.first_other
     limits.first_variable, limits.first_clock = automaton.layout.first_variable, automaton.layout.first_clock
+    limits.first_opening = automaton.layout.first_opening
     limits.first_crossing, limits.first_reset = automaton.layout.first_crossing, automaton.layout.first_reset
     if variations:
         limits.varied, limits.followed = variations.columns, variations.followed
@@ -105,6 +108,14 @@ def _joined_transition(automaton: Automaton) -> ca.Function:
     sizes = [automaton.n_y, automaton.layout.n_mode, automaton.layout.n_guards - automaton.layout.first_other]
     assert [e.numel() for e in out] == sizes, "what is written must fit the room"
     return ca.Function("transition", [state, ca.vertcat(*data)], [ca.densify(ca.vertcat(*out))])
+
+
+def _joined_impact(automaton: Automaton, impact: ca.Function) -> ca.Function:
+    """Return the impact as a function of ([y; ...; t], [p; data]) with one output."""
+    state, p = ca.SX.sym("y", len(automaton.states) + 1), ca.SX.sym("p", impact.numel_in(2))
+    data = ca.SX.sym("data", impact.numel_in(3))
+    out = impact(state[: automaton.n_y], state[-1], p, data)[: impact.index_out("spread")]  # the rest for derivatives
+    return ca.Function("impact", [state, ca.vertcat(p, data)], [ca.densify(ca.vertcat(*out))], {"cse": True})
 
 
 def joined_gauge(gauge: ca.Function) -> ca.Function:

@@ -28,6 +28,7 @@ class Contacts(ArraySet):
     loads: Integers  # index of the guard of a contact's load, or -1, (n_c,)
     edge: Integers  # 1, 2, ... for the switches at which a profile jumps, 0 for the others, (n_s,)
     step: Integers  # 1 for the switches that are steps in time, (n_s,)
+    opens: Integers  # index among the contacts that open, or -1, (n_c,)
     shown: Integers  # index in m of what a trajectory keeps of contacts that do not slip along a line
     other_guards: IntegerMatrix  # contact of each of their guards, and its first variable in m or -1
 
@@ -105,7 +106,7 @@ class Guards(ArraySet):
     """State of the guards."""
 
     hit: Integers  # guards that have just reached zero, (n_g,)
-    fresh: Integers  # guards that start their mode at zero, (n_g,)
+    fresh: Integers  # first coefficient that counts of guards that start their mode at zero, 0 for the others, (n_g,)
     slack: Reals  # shift of a guard so that it starts its mode at zero, and of a load for its rounding, (n_g,)
     other: Reals  # scales of the guards of contacts while they were slips, of those that carry forces, or the reverse
     carries: Integers  # contacts whose guards are forces, (n_c,)
@@ -159,3 +160,34 @@ class Transition(ArraySet):
 
     asked: Reals  # inputs of a transition: parameters, mode, guards hit, guards at zero
     answer: Reals  # its outputs: state, mode, guards at zero
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Openings(ArraySet):
+    """What does not change of contacts that open."""
+
+    variable: Integers  # index in m of each, (n_n,)
+    line: Integers  # its index among the contacts along a line, or -1
+    number: Integers  # under which runs show it
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Impacts(ArraySet):
+    """Impacts of contacts that open, and the selection of their modes; see `symfric.lower.impacts`."""
+
+    asked: Reals  # inputs of an impact: parameters, what every contact does
+    answer: Reals  # its outputs
+    exact: Reals  # outputs of another impact, which makes exact what is held
+    best: Reals  # the best of the inputs tried
+    touches: Integers  # contacts without a gap, (n_n,)
+    rests: Integers  # those whose gap has no rate, (n_n,)
+    struck: Integers  # those that struck at this event, (n_n,)
+    before: Integers  # modes that the run shows, (n_n,)
+    entry_y: Reals  # state and mode before the event
+    entry_m: Reals
+    options: Integers  # number of modes to try of each contact that opens, then of each along a line
+    tried: Integers  # which of them is tried
+    found: Reals  # mode found, and its accelerations
+    rates: Reals
+    factor: Matrix  # factorisation of the coupling of all contacts that hold, (n_c + n_n, n_c + n_n)
+    held: Integers  # these contacts in its order

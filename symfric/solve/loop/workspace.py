@@ -19,9 +19,11 @@ from symfric.solve.loop.records import (
     Basis,
     Contacts,
     Guards,
+    Impacts,
     Inputs,
     Kinds,
     LinearEquations,
+    Openings,
     Powers,
     Roots,
     Saltation,
@@ -35,7 +37,7 @@ from symfric.solve.loop.stepping.decay_weights import weights
 from symfric.solve.loop.stepping.series import PROBED, Series
 
 SHARED = frozenset(
-    {"code", "limits", "times", "inputs", "contacts", "wanted", "tables", "matrices"}
+    {"code", "limits", "times", "inputs", "contacts", "wanted", "tables", "matrices", "openings"}
 )  # no run changes them
 
 
@@ -58,6 +60,7 @@ class LoopLimits(Limits, kind=int):
     coupled: int  # n_q if the forces of one contact accelerate the slip of another, else 0
     first_load: int  # index of the first guard of loads; the guards of other contacts follow the loads
     first_other: int
+    first_opening: int  # index of the first guard of contacts that open, two each
     first_clock: int  # index of the first guard of clocks, which come last
     first_crossing: int  # of those the first of crossings, and of crossings of resets
     first_reset: int
@@ -72,6 +75,7 @@ class LoopClock(Clock):
     tolerance: float  # tolerance of the run
     removed: float  # twice the energy of the largest single impulse that makes a slip zero before mode selection
     gained: float  # the same of the impulses that make all of them zero
+    late: float  # time after the last event at which bounces that died out end
     doubt: float  # relative error of an acceleration in the decision to stick
 
 
@@ -114,6 +118,8 @@ class LoopArrays(RunArrays):
     basis: Basis
     saltation: Saltation
     transition: Transition
+    openings: Openings
+    impacts: Impacts
 
 
 def make_arrays(
@@ -146,12 +152,13 @@ def make_arrays(
     n_r, n_p = n_x + n_g + n_e, variants[0].prelude.nnz_in(0)
     functions = ["gauge", "reach"]
     functions += [f.name() if f else "" for v in variants for f in (v.prelude, v.series, v.probe, v.unseen, v.terms)]
-    functions += [""] * (JUMP - len(functions)) + ["jump", "transition"]
+    functions += [""] * (JUMP - len(functions)) + ["jump", "transition", "impact"]
     exposed = sorted({r for v in variants for r in v.exposed})
     n_h = n_r if exposed else 0
     gauged = COUPLING + n_c + n_q * (1 + automaton.coupled) + -(-3 * len(automaton.at_edges) // max(n_c, 1))
     ranks = dict(zip(automaton.at_edges, range(1, n_switches + 1), strict=False))
-    others = n_g - layout.first_other
+    others, lines = n_g - layout.first_other, layout.lines_of_openings
+    n_n, impact = len(lines), automaton.impact
     matrices, powers = _linear_equations(variants[0].matrices, n_x, n_q)
     return LoopArrays(
         **common(n_x, len(automaton.parameters), [r.times for r in rows], order, n_c + len(layout.shown)),
@@ -177,6 +184,7 @@ def make_arrays(
             loads=_numbers([layout.load(name) for name in layout.lines]),
             edge=_numbers([ranks.get(j, 0) for j in range(n_switches)]),
             step=_numbers([j in automaton.steps for j in range(n_switches)]),
+            opens=_numbers([lines.index(i) if i in lines else -1 for i in range(n_c)]),
             shown=_numbers(layout.shown),
             other_guards=_numbers(layout.other_guards).reshape(-1, 2),
         ),
@@ -222,6 +230,27 @@ def make_arrays(
         transition=Transition.zeros(
             asked=n_p + layout.n_mode + 2 * others if layout.others else 0,
             answer=automaton.n_y + layout.n_mode + others if layout.others else 0,
+        ),
+        openings=Openings(
+            variable=_numbers(layout.openings), line=_numbers(lines), number=_numbers(layout.shown_openings)
+        ),
+        impacts=Impacts.zeros(
+            asked=n_p + impact.numel_in(3) if impact else 0,
+            answer=sum(map(impact.numel_out, range(impact.index_out("spread")))) if impact else 0,
+            exact=sum(map(impact.numel_out, range(impact.index_out("spread")))) if impact else 0,
+            best=n_p + impact.numel_in(3) if impact else 0,
+            touches=n_n,
+            rests=n_n,
+            struck=n_n,
+            before=n_n,
+            entry_y=n_x if impact else 0,
+            entry_m=layout.n_mode if impact else 0,
+            options=n_n + n_c if impact else 0,
+            tried=n_n + n_c if impact else 0,
+            found=layout.n_mode if impact else 0,
+            rates=n_q if impact else 0,
+            factor=(n_n + n_c, n_n + n_c) if impact else (0, 0),
+            held=n_n + n_c if impact else 0,
         ),
     )
 

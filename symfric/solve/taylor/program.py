@@ -39,7 +39,8 @@ class TaylorProgram(Laned):
 def series_of(automaton: Automaton, tolerance: float, order: int | None, n_states: int) -> tuple[int, list[Series]]:
     """Return the order, the best one unless it is given, and the series of a motion with so many states."""
     order = order or order_for(tolerance, n_states, is_branching(automaton.field))
-    sticker = automaton.sticks.index(True) if sum(automaton.sticks) == 1 else -1
+    alone = sum(automaton.sticks) == 1 and not automaton.layout.openings
+    sticker = automaton.sticks.index(True) if alone else -1
     return order, variants_of(automaton, order, sticker)
 
 

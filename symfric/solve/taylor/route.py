@@ -52,9 +52,12 @@ class Taylor(Route):
             return not stiff, f"derivatives with the motion{', but stiff' if stiff else ''}"
         automaton, stiff = scene.automaton, explicit_steps(scene) > MANY
         contacts, kinks = sum(automaton.sticks), automaton.layout.switches
-        contacts += sum(not c.clocks for c in automaton.layout.others)
-        kind = "piecewise analytic" if contacts or kinks else "smooth"
-        sticking = f"{counted(contacts, 'contact')} that can stick, {counted(kinks, 'kink')}"
+        opening = len(scene.scene.contacts_that_open)
+        contacts += sum(not c.clocks for c in automaton.layout.others) - opening
+        kind = "piecewise analytic" if contacts or kinks or opening else "smooth"
+        sticking = f"{counted(contacts, 'contact')} that can stick, "
+        sticking += f"{counted(opening, 'contact')} that can open, " if opening else ""
+        sticking += counted(kinks, "kink")
         return not stiff, f"{kind} right-hand side, {sticking}{', but stiff' if stiff else ''}"
 
     def build(self, scene: LoweredScene, tolerance: float) -> TaylorProgram | DerivativesProgram:

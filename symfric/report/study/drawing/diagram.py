@@ -10,6 +10,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
 from symfric.model.system import Contact, System
+from symfric.model.written_equations import reaction
 
 GROUND = -1
 MOST = 24  # coordinates up to which a scene has a diagram
@@ -17,7 +18,7 @@ _LONGEST = 4000  # operations in the forces up to which they are taken apart
 
 
 @dataclass(frozen=True)
-class Body:
+class DrawnBody:
     """A coordinate with its inertia.
 
     Attributes
@@ -37,12 +38,13 @@ class Link:
 
     Attributes
     ----------
-    kind : {"stiffness", "damping", "friction", "coupling"}
-        A coupling is any other dependence: of the inertia, or forces without their reaction.
+    kind : {"stiffness", "damping", "friction", "gap", "coupling"}
+        A gap is that of a contact that opens. A coupling is any other dependence: of the inertia, or forces without
+        their reaction.
     first, second : int
         Numbers of the bodies; `GROUND` for the second of a link to the ground.
     size : Expr
-        Tangent stiffness or damping; the relative drive of a contact.
+        Tangent stiffness or damping; the relative drive of a contact; the gap.
     absent : bool
         Whether it vanishes with the values of the scene.
     name : str
@@ -104,7 +106,7 @@ class Diagram:
 
     Attributes
     ----------
-    bodies : tuple of Body
+    bodies : tuple of DrawnBody
     links : tuple of Link
     surfaces : tuple of Surface
     loads : tuple of Load
@@ -112,7 +114,7 @@ class Diagram:
         First-order states other than those of contacts.
     """
 
-    bodies: tuple[Body, ...]
+    bodies: tuple[DrawnBody, ...]
     links: tuple[Link, ...]
     surfaces: tuple[Surface, ...]
     loads: tuple[Load, ...]
@@ -142,6 +144,10 @@ def diagram_of(scene: Scene) -> Diagram | None:
     links = [*_links("stiffness", springs, absent), *_links("damping", dampers, absent), *_inertia(system)]
     surfaces = []
     for contact in scene.contacts:
+        if contact.unilateral is not None:
+            links.extend(_gap(contact, contact.unilateral.gap, system))
+        if contact.frictionless:
+            continue
         surface = _surface(contact, system)
         if surface is None:
             links.extend(_between(contact, system))
@@ -149,7 +155,7 @@ def diagram_of(scene: Scene) -> Diagram | None:
             surfaces.append(surface)
     made = {s for c in scene.contacts for s in c.states}
     return Diagram(
-        tuple(Body(q, system.mass[i, i]) for i, q in enumerate(system.q)),
+        tuple(DrawnBody(q, system.mass[i, i]) for i, q in enumerate(system.q)),
         tuple(links),
         tuple(surfaces),
         tuple(Load(i, f, absent(f)) for i, f in enumerate(loads) if f != 0),
@@ -219,8 +225,15 @@ def _surface(contact: Contact, system: System) -> Surface | None:
         return None
     ((body, slope),) = slopes.items()
     velocity = sp.expand(system.u[body] - contact.slip / slope)
-    load = sp.expand(contact.normal)
+    load = sp.expand(contact.normal) if contact.unilateral is None else reaction(contact)
     return Surface(body, contact.name, velocity, load, not contact.along_line)
+
+
+def _gap(contact: Contact, gap: sp.Expr, system: System) -> Iterator[Link]:
+    """Yield the links of a contact that opens: from a body to the ground, or from the first to each of the others."""
+    first, *others = [i for i, q in enumerate(system.q) if not gap.diff(q).is_zero]
+    for other in others or [GROUND]:
+        yield Link("gap", first, other, gap, name=contact.name)
 
 
 def _between(contact: Contact, system: System) -> Iterator[Link]:

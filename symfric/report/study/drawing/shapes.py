@@ -52,6 +52,15 @@ def slider(ax: Axes, start: float, end: float, y: float, name: str = "", colour:
     ax.text(middle, y + 0.12, name, ha="center", va="bottom")
 
 
+def gap(ax: Axes, start: float, end: float, y: float, name: str = "", colour: str = INK) -> None:
+    """Draw a stop, two plates that may touch and part, with its name above."""
+    middle, half = 0.5 * (start + end), 0.08 * (end - start)
+    for edge, x in ((start, middle - half), (end, middle + half)):
+        ax.plot([edge, x], [y, y], color=colour, linewidth=1.1)
+        ax.plot([x, x], [y - 0.12, y + 0.12], color=colour, linewidth=2.0)
+    ax.text(middle, y + 0.16, name, ha="center", va="bottom")
+
+
 def block(ax: Axes, left: float, low: float, width: float, height: float, name: str, colour: str = BLUE) -> None:
     """Draw a body with its name inside."""
     from matplotlib.patches import Rectangle

@@ -10,13 +10,13 @@ from symfric.report.html.elements import Picture
 from symfric.report.study.drawing.axes import GREY, ORANGE, Axes, to_svg
 from symfric.report.study.drawing.diagram import GROUND, Diagram, Link, Surface, diagram_of
 from symfric.report.study.drawing.labels import POINTS, SCALE, WIDTH, Sheet, mathematics, width, write_key
-from symfric.report.study.drawing.shapes import INK, arrow, block, damper, ground, roller, slider, spring, wall
+from symfric.report.study.drawing.shapes import INK, arrow, block, damper, gap, ground, roller, slider, spring, wall
 
 PALE = "0.65"
 ROW, HIGHEST_ROUTES = 6, 2  # most bodies in a row, and most pairs that are linked past others
 LANE, ROUTE = 0.62, 0.72  # heights of a link beside a body and above the row
 Routes = list[tuple[int, int, list[Link]]]  # links above the row, by their bodies
-DRAW = {"stiffness": spring, "damping": damper, "friction": slider}
+DRAW = {"stiffness": spring, "damping": damper, "friction": slider, "gap": gap}
 
 
 def plot_system(diagram: Diagram, ax: Axes | None = None) -> Axes:
@@ -54,7 +54,7 @@ def in_words(diagram: Diagram) -> str:
     parts = [f"bodies {', '.join(names)}" if len(names) > 1 else f"a body {names[0]}"]
     for x in diagram.links:
         to = "the ground" if x.second == GROUND else names[x.second]
-        what = f"contact {x.name}" if x.kind == "friction" else x.kind
+        what = {"friction": f"contact {x.name}", "gap": f"gap of contact {x.name}"}.get(x.kind, x.kind)
         parts.append(f"{what} between {names[x.first]} and {to}")
     for s in diagram.surfaces:
         moving = "" if s.velocity.is_zero else f", which moves at {s.velocity}"
@@ -234,6 +234,8 @@ def _link(sheet: Sheet, link: Link, start: float, end: float, y: float, room: fl
         return
     if link.kind == "friction":
         name = sheet.words(link.name, room, "contact") + _drive(sheet, link)
+    elif link.kind == "gap":
+        name = sheet.words(link.name, room, "contact")
     else:
         name = sheet.label(link.size, room, link.kind)
     DRAW[link.kind](sheet.ax, start, end, y, name, colour)

@@ -18,6 +18,7 @@ from symfric.report.study.sections.matrices import MATRICES
 from symfric.report.study.sections.modes import MODES
 from symfric.report.study.sections.motion import MOTION, OUTPUTS, STEADY
 from symfric.report.study.sections.onset import HOPF, SAFE
+from symfric.report.study.sections.openings import OPENINGS
 from symfric.report.study.sections.prediction import CURVES
 from symfric.report.study.sections.quench import QUENCH
 from symfric.report.study.sections.scene import SCENE
@@ -25,7 +26,7 @@ from symfric.report.study.sections.stability import EQUILIBRIUM, SLOW, STABILITY
 from symfric.report.study.sections.sweep import QUENCHED, SWEEP
 
 SECTIONS: tuple[Section[Any], ...] = (  # in the order of computing: each finds the answers of those before it
-    *(SCENE, MATRICES, SLOW, EQUILIBRIUM, STABILITY, HOPF, SAFE, MOTION, CONTACTS, OUTPUTS, STEADY, SWEEP),
+    *(SCENE, MATRICES, SLOW, EQUILIBRIUM, STABILITY, HOPF, SAFE, MOTION, CONTACTS, OPENINGS, OUTPUTS, STEADY, SWEEP),
     *(OPENED, MODES, FLUTTER, BRANCH, DESIGNS, QUENCH, QUENCHED, CURVES, COMPARISON, FRICTION, EFFECTIVE),
     *(NO_DESIGN, EXPLANATION),
 )

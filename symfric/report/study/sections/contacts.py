@@ -121,12 +121,13 @@ def plot_contacts(
     states: Mapping[str, tuple[Intervals, Intervals]],
     span: tuple[float, float],
     units: Mapping[str, str],
+    otherwise: str = "slips",
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw when contacts stick and when they are open, one line for each."""
+    """Draw when contacts stick and when they are open, one line for each; else they are as the word says."""
     ax = new_axes((5.4, 1.3 + 0.3 * len(states))) if ax is None else ax
     for k, (sticks, opens) in enumerate(states.values()):
-        ax.barh(k, span[1] - span[0], left=span[0], height=0.72, color="0.92", label="" if k else "slips")
+        ax.barh(k, span[1] - span[0], left=span[0], height=0.72, color="0.92", label="" if k else otherwise)
         for intervals, colour, word in ((sticks, ORANGE, "sticks"), (opens, BLUE, "open")):
             parts = [(max(a, span[0]), min(b, span[1])) for a, b in intervals if b > span[0] and a < span[1]]
             ax.broken_barh([(a, b - a) for a, b in parts], (k - 0.36, 0.72), color=colour, linewidth=0)

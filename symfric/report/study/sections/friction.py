@@ -97,7 +97,8 @@ def friction_curves(
             slow.append((words, separate(moving)))
         except SceneError as error:
             note = str(error)
-    shown = range(len(scene.contacts)) if scene.system.linear is None else _different(scene)
+    shown = list(range(len(scene.contacts))) if scene.system.linear is None else _different(scene)
+    shown = [i for i in shown if not scene.contacts[i].frictionless]
     return tuple(_curve(scene, i, motion, equilibrium, slow, note) for i in shown)
 
 
@@ -149,8 +150,8 @@ def _curve(
 
 
 def _compute(study: StudyResult, _tell: Progress) -> tuple[FrictionCurve, ...]:
-    if not study.file.scene.contacts:
-        raise NotFound("the scene has no contacts")
+    if all(c.frictionless for c in study.file.scene.contacts):
+        raise NotFound("the scene has no contacts with friction")
     quench = study[QUENCH].value
     excited = None if quench is None else quench.excited
     return friction_curves(study.file.scene, study[MOTION].value, study[EQUILIBRIUM].value, excited)

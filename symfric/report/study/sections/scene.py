@@ -8,7 +8,13 @@ from markupsafe import Markup
 from symfric.model.symbols import counted
 from symfric.model.system import Contact
 from symfric.report.html.elements import gallery, heading, paragraph, subheading, table
-from symfric.report.html.mathml import equations_of_motion, friction_of_contact, inline, law_in_letters
+from symfric.report.html.mathml import (
+    equations_of_motion,
+    friction_of_contact,
+    inline,
+    law_in_letters,
+    opening_of_contact,
+)
 from symfric.report.html.words import inline_name, measure, number, with_unit
 from symfric.report.study.drawing.sketch import picture
 from symfric.report.study.section import Progress, Section, StudyResult
@@ -26,19 +32,29 @@ def scene_in_words(file: SceneFile) -> str:
     start = ", ".join(f"{s.name} = {measure(float(numbers[s]), s.name, file)}" for s in shown)
     origin = f"The ready scene {file.model}" if file.model else "Own equations"
     count = counted(len(q), "coordinate")
-    rubs = ", ".join(
-        f"{c.name}, slipping at {c.slip} under the normal load {c.normal}"
-        + (f" with the profile {c.profile}" if c.profile != 1 else "")
-        for c in scene.contacts
-    )
-    contacts = {0: "No dry contact", 1: "One dry contact"}.get(
-        len(scene.contacts), f"{len(scene.contacts)} dry contacts"
-    )
+    rubs = ", ".join(_contact_in_words(c) for c in scene.contacts)
+    kind = "contact" if scene.contacts_that_open else "dry contact"
+    contacts = {0: f"No {kind}", 1: f"One {kind}"}.get(len(scene.contacts), f"{len(scene.contacts)} {kind}s")
     end = measure(scene.horizon, "t", file)
     return (
         f"{origin}: {count}, {', '.join(pairs)}. {contacts}{': ' + rubs if rubs else ''}. "
         f"The motion starts at {start} and is followed to t = {end}."
     )
+
+
+def _contact_in_words(contact: Contact) -> str:
+    """Return name, slip, load or gap of a contact."""
+    text = contact.name
+    if not contact.frictionless:
+        text += f", slipping at {contact.slip}"
+    if contact.unilateral is None:
+        text += f" under the normal load {contact.normal}"
+    else:
+        text += (
+            f"{',' if contact.frictionless else ''} with the gap {contact.unilateral.gap} "
+            f"and the restitution {contact.unilateral.restitution}"
+        )
+    return text + (f" with the profile {contact.profile}" if contact.profile != 1 else "")
 
 
 def contacts_and_values(study: StudyResult, contacts: dict[str, Contact]) -> Iterator[Markup]:
@@ -49,7 +65,10 @@ def contacts_and_values(study: StudyResult, contacts: dict[str, Contact]) -> Ite
     for name, contact in contacts.items():
         spec = specs.get(contact.name)
         yield subheading(f"Contact {name}" + ("" if spec is None else f" ({spec.law} law)"))
-        yield from friction_of_contact(contact, law_in_letters(spec, contact), taken)
+        if contact.unilateral is not None:
+            yield from opening_of_contact(contact)
+        if not contact.frictionless:
+            yield from friction_of_contact(contact, law_in_letters(spec, contact), taken)
         coefficients = [] if spec is None else list(_coefficients(spec, file, taken))
         if coefficients:
             yield paragraph(Markup("with {}").format(Markup(", ").join(coefficients)))

@@ -65,6 +65,9 @@ def what_slides(scene: Scene) -> str:
 def _page(study: StudyResult) -> Iterator[Markup]:
     scene, answered = study.file.scene, study[STABILITY]
     yield heading(f"{what_slides(scene)} and its stability", "stability")
+    if scene.contacts_that_open:
+        yield note("Contacts open and strike: no steady sliding under given loads, whose stability could be told.")
+        return
     if study[SLOW].value is not None and study[SLOW].value is not scene:
         if scene.contacts:
             yield note("The scene is shaken; what follows holds for the slow motion, with the effective friction.")

@@ -65,7 +65,7 @@ def _crossing(w: LoopArrays, r: int, g: int, begin: float, total: float, h: floa
     order = w.c.shape[1] - 1
     first = 0
     if w.guards.fresh[g]:
-        first = 1
+        first = w.guards.fresh[g]
         slips = is_along_line(w, g) and is_slip(g)
         if slips:  # at a release the slip acceleration is zero up to rounding, for any step length
             first = 2 if abs(w.c[r, 1]) <= no_acceleration(w, contact_of(g), 2.0 * w.c[r, 2]) else 1

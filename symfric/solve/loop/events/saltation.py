@@ -60,6 +60,10 @@ def jump(w: LoopArrays, n_x: int, n_c: int, starting: bool) -> None:
     n_y, first = n_x // (1 + n_s), w.wanted.kind.size - n_f * n_s
     for k in range(n_m):
         w.saltation.before[w.p.size + n_m + k] = w.m[k]
+    n_k = w.impacts.asked.size - w.p.size if w.openings.variable.size else 0
+    struck = w.saltation.before.size - n_k
+    for k in range(n_k):
+        w.saltation.before[struck + k] = w.impacts.asked[w.p.size + k]
     state = w.saltation.left.ctypes.data if w.saltation.left.size else w.y.ctypes.data
     call_code(w.code[JUMP], state, w.saltation.before.ctypes.data, w.saltation.after.ctypes.data)
     shifted = n_s * n_y
@@ -103,6 +107,8 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
     for g in range(n_g):
         if w.saltation.before[first + 2 * n_m + g] == 0.0:
             continue
+        if w.limits.first_opening <= g < w.limits.first_clock and w.impacts.struck[(g - w.limits.first_opening) // 2]:
+            changed = True
         if backward(n_c) <= g < w.limits.first_other:
             apart = is_switch(w, g) and w.contacts.step[g - switch(0, n_c)] != 0
             w.counts.doubts += apart and w.saltation.after[slopes + n_g + g] > APART

@@ -20,7 +20,7 @@ def transit(w: LoopArrays, n_c: int) -> int:
     """
     first, n_m, n_p = w.limits.first_other, w.m.size, w.p.size
     found, starting, struck = 0, w.clock.h_last == 0.0 and w.counts.steps == 0, False
-    for g in range(first, w.limits.first_clock):
+    for g in range(first, w.limits.first_opening):
         found += w.guards.hit[g]
     for g in range(w.limits.first_clock, w.guards.hit.size):
         struck = struck or w.guards.hit[g] != 0
@@ -45,7 +45,7 @@ def transit(w: LoopArrays, n_c: int) -> int:
     for g in range(first, w.guards.hit.size):
         if g < w.limits.first_crossing:
             w.guards.fresh[g], w.guards.slack[g] = w.transition.answer[n_y + n_m + g - first] > 0.5, 0.0
-        if w.guards.hit[g] and w.limits.keep_events and not starting and g < w.limits.first_clock:
+        if w.guards.hit[g] and w.limits.keep_events and not starting and g < w.limits.first_opening:
             contact, variable = w.contacts.other_guards[g - first, 0], w.contacts.other_guards[g - first, 1]
             before = np.int64(w.transition.asked[n_p + variable]) if variable >= 0 else 0
             store_event(w, n_c + contact, before, np.int64(w.m[variable]) if variable >= 0 else 0)

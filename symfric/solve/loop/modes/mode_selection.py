@@ -88,13 +88,13 @@ def _select(w: LoopArrays, n_x: int, n_c: int) -> int:
         least = turn > 20 + 4 * n_c
         if _change_contact(w, n_x, n_c, horizon, least):
             continue
-        if n_s > 0 and _change_switch(w, n_x, n_c, n_s, edges):
+        if n_s > 0 and change_switch(w, n_x, n_c, n_s, edges):
             continue
         hold_more(w, n_x, n_c, horizon, edges)
         for i in range(n_c):
             if w.m[i] > 0.5 and not abs(w.probe[n_x + backward(i), 0]) < np.inf:
                 return NOT_FINITE  # it would contradict nothing
-        _mark_fresh(w, n_x, n_c, n_s)
+        mark_fresh(w, n_x, n_c, n_s)
         return OK
     return UNDECIDED
 
@@ -138,7 +138,7 @@ def _change_contact(w: LoopArrays, n_x: int, n_c: int, horizon: float, least: bo
 
 
 @compiled(inline=True)
-def _change_switch(w: LoopArrays, n_x: int, n_c: int, n_s: int, edges: bool) -> bool:
+def change_switch(w: LoopArrays, n_x: int, n_c: int, n_s: int, edges: bool) -> bool:
     """Flip one switch whose sign is wrong, now or, at zero, immediately after; return whether there was one."""
     if edges and find_edges(w, n_x, n_c, False):
         return True
@@ -163,7 +163,7 @@ def _change_switch(w: LoopArrays, n_x: int, n_c: int, n_s: int, edges: bool) -> 
 
 
 @compiled(inline=True)
-def _mark_fresh(w: LoopArrays, n_x: int, n_c: int, n_s: int) -> None:
+def mark_fresh(w: LoopArrays, n_x: int, n_c: int, n_s: int) -> None:
     """Mark the guards that start the new mode at zero, or below it within the error of the run."""
     for i in range(n_c):
         a, b = w.probe[n_x + backward(i), 0], w.probe[n_x + forward(i), 0]

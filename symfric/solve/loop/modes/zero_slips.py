@@ -69,8 +69,8 @@ def _project(w: LoopArrays, n_c: int) -> bool:
     coupled = False
     for i in range(n_c):
         coupled = coupled or (w.m[i] > 0.5 and w.contacts.anchor[i] < 0)
-    if not coupled:  # exact without impulses if every slip has its own velocity
-        return False
+    if not coupled or w.openings.variable.size:  # exact without impulses if every slip has its own velocity
+        return False  # with contacts that open, their gaps are held together with the slips later
     close = share(w, n_c)
     n_q, n, impulse = w.limits.n_q, 0, w.selection.impulse
     for i in range(n_c):

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
+from symfric.lower.mode_layout import OPEN
 from symfric.solve.loop.modes.layout import mode
 from symfric.solve.loop.run_arrays import RunArrays
 from symfric.solve.loop.workspace import LoopArrays
@@ -19,6 +20,9 @@ def store_step(w: LoopArrays, n_c: int, begin: float, length: float) -> int:
         w.stored.path_m[k, i] = mode(w, i)
     for j in range(shown.size):
         w.stored.path_m[k, n_c + j] = np.int64(w.m[shown[j]])
+    for j in range(w.openings.variable.size):
+        if w.m[w.openings.variable[j]] > 0.5:
+            w.stored.path_m[k, w.openings.number[j]] = OPEN
     w.counts.kept_steps += 1
     return k
 

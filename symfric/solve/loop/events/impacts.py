@@ -1,0 +1,316 @@
+"""Impacts of contacts that open: which strike, and what each of them does; see `symfric.lower.impacts`.
+
+What all contacts that touch do is tried in every combination, and the one with the largest least margin is taken, so
+that ties, where one of several is on the border between two, need no threshold.
+"""
+
+import numpy as np
+
+from symfric.codegen.numba_types import call_code, compiled
+from symfric.lower.impacts import APART, FIELDS, SLIPS, STICKS, TURNS
+from symfric.lower.mode_layout import OPEN
+from symfric.solve.loop.codes import IMPACT, OK, PAINLEVE, SLIP, TERMS
+from symfric.solve.loop.modes.layout import mode
+from symfric.solve.loop.precision import ROUNDING, TINY
+from symfric.solve.loop.recording.trajectory import store_event
+from symfric.solve.loop.stepping.calls import measure
+from symfric.solve.loop.workspace import LoopArrays
+
+MOST_TRIALS = 20_000  # most combinations that are tried
+_FEASIBLE = 1e-9  # margin, relative to the largest rate of a gap, down to which a combination is possible
+_JAM = 1e2  # normal force, relative to that of forces that do not cancel, that grows without bound
+_DISTINCT = 1e-6  # the same beyond which a second possible combination is another answer
+GAP, SIZE, RATE, SPEED, LEAST, RESPONSE, AFTER, FIRST, SECOND = range(9)  # of the answer, n numbers each
+
+
+@compiled(inline=True)
+def told(w: LoopArrays, what: int, k: int) -> float:
+    """Return what the last call of the impact says of contact k."""
+    return w.impacts.answer[_states(w) + what * w.openings.variable.size + k]
+
+
+@compiled(inline=True)
+def _states(w: LoopArrays) -> int:
+    """Return the number of states of the motion, without appended derivatives."""
+    n = w.openings.variable.size
+    return w.impacts.answer.size - 9 * n - 2 - (w.contacts.sticks.size + n) ** 2
+
+
+@compiled(inline=True)
+def _after_fields(w: LoopArrays) -> int:
+    """Return where the energy gained stands in the answer, its scale and the coupling of all contacts behind it."""
+    return _states(w) + 9 * w.openings.variable.size
+
+
+@compiled(inline=True)
+def coupling(w: LoopArrays, i: int, j: int) -> float:
+    """Return what a force of contact j does to contact i: contacts along a line, then the gaps of those that open."""
+    return w.impacts.answer[_after_fields(w) + 2 + (w.contacts.sticks.size + w.openings.variable.size) * j + i]
+
+
+@compiled(inline=True)
+def is_open(w: LoopArrays, k: int) -> bool:
+    """Whether contact k is open."""
+    return w.m[w.openings.variable[k]] > 0.5
+
+
+@compiled(inline=True)
+def _ask(w: LoopArrays) -> None:
+    """Compute the impact with the present data."""
+    call_code(w.code[IMPACT], w.y.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.answer.ctypes.data)
+
+
+@compiled(inline=True)
+def _field(w: LoopArrays, field: int, k: int) -> int:
+    """Return the place of a number of contact k in the data of an impact: kind, direction, bounce, closed."""
+    return w.p.size + field * w.openings.variable.size + k
+
+
+@compiled(inline=True)
+def _rules(w: LoopArrays) -> int:
+    """Return the place of the two flags of the rule behind the numbers of every contact."""
+    return w.p.size + FIELDS * w.openings.variable.size
+
+
+@compiled
+def begin_impact(w: LoopArrays, starting: bool) -> bool:
+    """Determine which contacts touch, and whether one of them strikes."""
+    n, n_p, strikes = w.openings.variable.size, w.p.size, False
+    for r in range(n_p):
+        w.impacts.asked[r] = w.p[r]
+    for r in range(n_p, w.impacts.asked.size):
+        w.impacts.asked[r] = 0.0
+    _ask(w)
+    for k in range(n):
+        gap, rate = told(w, GAP, k), told(w, RATE, k)
+        closed = not starting and not is_open(w, k)
+        near = gap <= ROUNDING * told(w, SIZE, k)
+        w.impacts.touches[k] = closed or near or (not starting and w.guards.hit[w.limits.first_opening + 2 * k] != 0)
+        w.impacts.struck[k] = 0
+        w.impacts.asked[_field(w, 2, k)] = 1.0
+        if w.impacts.touches[k]:
+            still = abs(rate) <= ROUNDING * told(w, SPEED, k) or (closed and not w.counts.jumped)
+            w.impacts.asked[_field(w, 3, k)] = still
+            strikes = strikes or (not still and rate < 0.0)
+        else:
+            w.m[w.openings.variable[k]] = 1.0
+    return strikes
+
+
+@compiled
+def strike(w: LoopArrays, n_c: int, starting: bool) -> int:
+    """Apply the impact of the contacts that strike, if any, and make gaps and rates of closed ones exactly zero.
+
+    ``w.impacts.rests`` marks those that stay in touch.
+    """
+    n = w.openings.variable.size
+    measure(w, w.y, w.gauge)
+    strikes = begin_impact(w, starting)
+    status = _choose(w) if strikes else OK
+    if status != OK:
+        return status
+    for k in range(n):
+        w.impacts.struck[k] = w.impacts.asked[_field(w, 0, k)] != APART
+    _apply(w)
+    w.counts.jumped = w.counts.jumped or strikes
+    return OK
+
+
+@compiled
+def settle_bounces(w: LoopArrays) -> None:
+    """Apply the impact again, from the state before it, without restitution."""
+    for k in range(w.openings.variable.size):
+        w.impacts.asked[_field(w, 2, k)] = 0.0
+    _ask(w)
+    _apply(w)
+    w.counts.jumped = 1
+
+
+@compiled
+def hold_exactly(w: LoopArrays) -> None:
+    """Make gaps and rates of closed contacts, and slips of sticking ones, exactly zero.
+
+    The data of the impact stay those of what struck.
+    """
+    for r in range(w.impacts.asked.size):
+        w.impacts.best[r] = w.impacts.asked[r]
+    for k in range(w.openings.variable.size):
+        w.impacts.asked[_field(w, 0, k)], w.impacts.asked[_field(w, 3, k)] = APART, not is_open(w, k)
+    for i in range(w.contacts.sticks.size):
+        w.impacts.asked[_rules(w) + 2 + i] = w.m[i] > 0.5
+    call_code(w.code[IMPACT], w.y.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.exact.ctypes.data)
+    for r in range(_states(w)):
+        w.y[r] = w.impacts.exact[r]
+    for r in range(w.impacts.asked.size):
+        w.impacts.asked[r] = w.impacts.best[r]
+
+
+@compiled
+def settle_touches(w: LoopArrays) -> None:
+    """Close all contacts that touch."""
+    for k in range(w.openings.variable.size):
+        w.impacts.rests[k] = w.impacts.touches[k]
+        if w.impacts.touches[k]:
+            w.m[w.openings.variable[k]] = 0.0
+    hold_exactly(w)
+
+
+@compiled(inline=True)
+def _apply(w: LoopArrays) -> None:
+    """Take over the state after the impact that was computed last, and mark the contacts that stay in touch."""
+    fastest = _largest_rate(w)
+    for k in range(w.openings.variable.size):
+        rests = w.impacts.touches[k] != 0
+        if fastest > 0.0:
+            bounces = w.impacts.struck[k] and w.impacts.asked[_field(w, 2, k)] > 0.5 and told(w, RATE, k) < 0.0
+            little = max(ROUNDING * told(w, SPEED, k), 0.0 if bounces else _FEASIBLE * fastest)
+            rests = rests and abs(told(w, AFTER, k)) <= little
+        else:
+            rests = rests and w.impacts.asked[_field(w, 3, k)] > 0.5
+        w.impacts.rests[k] = rests
+        if not rests:
+            w.m[w.openings.variable[k]] = 1.0
+    for r in range(_states(w)):
+        w.y[r] = w.impacts.answer[r]
+
+
+@compiled
+def _largest_rate(w: LoopArrays) -> float:
+    """Return the largest rate at which a gap closes in the impact."""
+    largest = 0.0
+    for k in range(w.openings.variable.size):
+        if w.impacts.touches[k] and w.impacts.asked[_field(w, 3, k)] < 0.5:
+            largest = max(largest, -told(w, RATE, k))
+    return largest
+
+
+@compiled
+def _choose(w: LoopArrays) -> int:
+    """Determine what every contact that touches does; leave the data and the answer of that in place."""
+    alone = 0
+    for k in range(w.openings.variable.size):
+        alone += w.impacts.touches[k]
+    w.impacts.asked[_rules(w) + 1] = alone == 1
+    status = _try_all(w, alone == 1)
+    gain, scale = w.impacts.answer[_after_fields(w)], w.impacts.answer[_after_fields(w) + 1]
+    if status == OK and gain > _FEASIBLE * scale:
+        w.impacts.asked[_rules(w)] = 1.0
+        status = _try_all(w, alone == 1)
+    return status
+
+
+@compiled
+def _try_all(w: LoopArrays, alone: bool) -> int:
+    """Try all combinations; leave the best in place."""
+    n, total, best, second = w.openings.variable.size, 1, -np.inf, -np.inf
+    for k in range(n):
+        w.impacts.tried[k] = 0
+        w.impacts.options[k] = _options(w, k, alone)
+        total *= w.impacts.options[k]
+    if total > MOST_TRIALS:
+        return PAINLEVE
+    for _ in range(total):
+        for k in range(n):
+            _set(w, k, alone)
+        _ask(w)
+        margin = _least_margin(w)
+        if margin > best:
+            if best > -np.inf and not _is_best(w):
+                second = best
+            best = margin
+            for r in range(w.impacts.asked.size):
+                w.impacts.best[r] = w.impacts.asked[r]
+            for r in range(w.limits.n_q):
+                w.impacts.rates[r] = w.impacts.answer[w.limits.n_q + r]
+        elif margin > second and not _is_best(w):
+            second = margin
+        next_trial(w, n)
+    for r in range(w.impacts.asked.size):
+        w.impacts.asked[r] = w.impacts.best[r]
+    _ask(w)
+    scale = max(_largest_rate(w), TINY)
+    return OK if best >= -_FEASIBLE * scale and not second > _DISTINCT * scale else PAINLEVE
+
+
+@compiled
+def next_trial(w: LoopArrays, n: int) -> None:
+    """Count on to the next combination of options, of the first n contacts."""
+    for k in range(n):
+        w.impacts.tried[k] += 1
+        if w.impacts.tried[k] < w.impacts.options[k]:
+            break
+        w.impacts.tried[k] = 0
+
+
+@compiled(inline=True)
+def _options(w: LoopArrays, k: int, alone: bool) -> int:
+    """Return the number of things that contact k may do."""
+    if w.impacts.touches[k] == 0:
+        return 1
+    return (2 if w.openings.line[k] < 0 else 4) - alone
+
+
+@compiled(inline=True)
+def _set(w: LoopArrays, k: int, alone: bool) -> None:
+    """Set what contact k does in the present trial."""
+    kind, side, option = APART, 1.0, w.impacts.tried[k]
+    if w.impacts.touches[k]:
+        option += alone  # the only one is not apart
+        kind = APART if option == 0 else (STICKS if option == 1 else SLIPS)
+        side = 1.0 if option < 3 else -1.0
+        i = w.openings.line[k]
+        if alone and i >= 0 and abs(w.gauge[SLIP, i]) > ROUNDING * w.gauge[TERMS, i]:
+            kind = STICKS if option == 1 else (SLIPS if option == 2 else TURNS)
+            side = 1.0 if w.gauge[SLIP, i] > 0.0 else -1.0
+    w.impacts.asked[_field(w, 0, k)], w.impacts.asked[_field(w, 1, k)] = kind, side
+
+
+@compiled
+def _least_margin(w: LoopArrays) -> float:
+    """Return the least margin of the contacts that touch; less than all others if the impact has no solution."""
+    least = np.inf
+    for k in range(w.openings.variable.size):
+        if w.impacts.touches[k]:
+            for what in (FIRST, SECOND):
+                margin = told(w, what, k)
+                if not abs(margin) < np.inf:
+                    return -np.inf
+                least = min(least, margin)
+    return least
+
+
+@compiled
+def _is_best(w: LoopArrays) -> bool:
+    """Whether the velocities after the impact are those of the best combination so far."""
+    n_q = w.limits.n_q
+    for r in range(n_q):
+        new, best, old = w.impacts.answer[n_q + r], w.impacts.rates[r], w.y[n_q + r]
+        if abs(new - best) > _DISTINCT * (abs(new - old) + abs(best - old)) + _FEASIBLE * (abs(new) + abs(best)):
+            return False
+    return True
+
+
+@compiled
+def jams(w: LoopArrays, n_x: int) -> bool:
+    """Whether a normal force has grown far beyond what all other forces together press with."""
+    for k in range(w.openings.variable.size):
+        if not is_open(w, k) and w.c[n_x + w.limits.first_opening + 2 * k + 1, 0] > _JAM * told(w, LEAST, k):
+            return True
+    return False
+
+
+@compiled
+def log_openings(w: LoopArrays, starting: bool) -> int:
+    """Store the events of contacts that open, of bounces that died out at their end; return the number."""
+    changed = 0
+    for k in range(w.openings.variable.size):
+        old, i = w.impacts.before[k], w.openings.line[k]
+        new = OPEN if is_open(w, k) else (mode(w, i) if i >= 0 else 0)
+        w.impacts.before[k] = new
+        if starting or (new == old and not (old == OPEN and w.impacts.struck[k])):
+            continue
+        changed += 1
+        if w.limits.keep_events:
+            store_event(w, w.openings.number[k], old, new)
+            w.stored.event_t[w.counts.kept_events - 1] += w.clock.late if old == OPEN and new != OPEN else 0.0
+    return changed
