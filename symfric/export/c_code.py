@@ -21,6 +21,7 @@ _RESERVED = (
     "auto break case char const continue default do double else enum extern float for goto if inline int long main "
     "register return short signed sizeof static struct switch typedef union unsigned void volatile while"
 )
+_STEM = "zzstemzz"  # stands for the name, of which CasADi allows no two underscores in a row
 
 
 @dataclass(frozen=True)
@@ -133,8 +134,8 @@ def identifier(name: str, what: str) -> str:
 @alone(SYMBOLIC)
 def c_sources(made: Stepper, name: str) -> dict[str, str]:
     """Return the C file and its header, by file name."""
-    graphs = {kind: _named(getattr(made, kind), f"{name}_graph_{kind}") for kind in ("start", "advance", "look")}
-    generator = ca.CodeGenerator(f"{name}_graph", {"with_header": False, "indent": 2})
+    graphs = {kind: _named(getattr(made, kind), f"{_STEM}_graph_{kind}") for kind in ("start", "advance", "look")}
+    generator = ca.CodeGenerator(f"{_STEM}_graph", {"with_header": False, "indent": 2})
     for graph in graphs.values():
         generator.add(graph)
     own = {"VALUES": _numbers(made.values), "INITIAL": _numbers(made.initial), "LAYOUT": _layout(made, name)}
@@ -142,7 +143,7 @@ def c_sources(made: Stepper, name: str) -> dict[str, str]:
         sizes = {"ARG": g.sz_arg(), "RES": g.sz_res(), "IW": g.sz_iw(), "W": g.sz_w()}
         own |= {f"{kind.upper()}_{k}": str(max(1, n)) for k, n in sizes.items()}
     header, code = (_filled(template, name, own) for template in ("step.h", "step.c"))
-    return {f"{name}.c": _head(made, name) + generator.dump() + code, f"{name}.h": header}
+    return {f"{name}.c": _head(made, name) + generator.dump().replace(_STEM, name) + code, f"{name}.h": header}
 
 
 def _head(made: Stepper, name: str) -> str:

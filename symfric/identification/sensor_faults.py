@@ -118,7 +118,7 @@ def _outliers(problem: Problem, rest: np.ndarray) -> dict[str, np.ndarray]:
     predictor = problem.predictor
     outliers = {}
     for channel, rows in zip(predictor.channels, predictor.rows, strict=True):
-        there = np.flatnonzero(problem.weight[rows] > 0)
+        there = np.flatnonzero((problem.weight[rows] > 0) & np.isfinite(rest[rows]))
         indices = there[outliers_of(rest[rows][there], predictor.unknowns.size)]
         if indices.size:
             outliers[channel.key] = indices
@@ -245,7 +245,10 @@ def _small_first(trials: np.ndarray, off: np.ndarray) -> np.ndarray:
 
 
 class _Refined(NamedTuple):
-    """A fit with shifts that are not zero by chance: its cost per sample, largest shift, shifts and residuals."""
+    """A fit with shifts that are not zero by chance: its cost per sample, largest shift, shifts and residuals.
+
+    Residuals are NaN where the fit has no prediction, before the start of the run.
+    """
 
     cost: float
     largest: float
@@ -287,4 +290,6 @@ def _refined(
         return None
     names = [c.key for c in predictor.channels]
     known = {names[k]: Shift(float(last[k]), float(told[k])) for k in np.flatnonzero(sure)}
-    return _Refined(minimum.cost / np.count_nonzero(kept), float(np.max(np.abs(last))), known, rest)
+    begun = np.concatenate([c.t >= shift for c, shift in zip(predictor.channels, last, strict=True)])
+    seen = np.where(begun, problem.weight * (at.y - problem.y), np.nan)  # also of samples too early for larger shifts
+    return _Refined(minimum.cost / np.count_nonzero(kept), float(np.max(np.abs(last))), known, seen)

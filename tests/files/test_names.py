@@ -88,7 +88,8 @@ FILES = [
     "scene",
     "my_scene",
     "SCENE",
-    *(pytest.param(n, marks=pytest.mark.long) for n in ("scene_", "a_scene_b", "Scene", "casadi")),
+    "a__b_",
+    *(pytest.param(n, marks=pytest.mark.long) for n in ("scene_", "jac", "a_scene_b", "Scene", "casadi")),
 ]
 
 

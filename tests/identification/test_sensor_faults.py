@@ -84,6 +84,16 @@ def test_outliers_are_told_with_their_places(path):
     assert (low, high) == pytest.approx(robust.interval("mu_s"), abs=0.3 * (high - low))
 
 
+@pytest.mark.parametrize("shift", [0.45, -0.45])
+def test_outliers_at_the_start_of_a_shifted_record_are_told(path, shift):
+    """They are too early for shifts that were tried, not for the one that was found."""
+    (t, y), _ = record(path, np.random.default_rng(9), shift)
+    y[[0, 2, 50]] += [0.4, -0.3, 0.2]
+    fit = sf.identify(rig(), {"x": (t, y)}, BOUNDS, starts=2)
+    assert fit.faults.shifts["x"].dt == pytest.approx(shift, abs=4 * fit.faults.shifts["x"].error)
+    assert fit.faults.outliers["x"].tolist() == [0, 2, 50]
+
+
 def test_a_clean_record_has_no_fault(path):
     (t, y), _ = record(path, np.random.default_rng(4))
     fit = sf.identify(rig(), {"x": (t, y)}, BOUNDS, starts=1)

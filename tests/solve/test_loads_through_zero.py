@@ -22,9 +22,9 @@ FORMS = {
 }
 
 
-def one_mass(load, *, force=-X, law=LAW, belt=0, start=(0.0, 0.0), horizon=8.0):
+def one_mass(load, *, force=-X, law=LAW, belt=0, start=(0.0, 0.0), horizon=8.0, values=None):
     initial = dict(zip((X, U), start, strict=True))
-    values = {P: 1.0} if P in load.free_symbols else {}
+    values = values or ({P: 1.0} if P in load.free_symbols else {})
     contact = sf.Contact("c", U - belt, load, law)
     return sf.Scene(sf.System([X], [U], [[1]], [force]), [contact], values, initial, horizon)
 
@@ -52,6 +52,22 @@ def test_a_load_that_comes_and_goes_with_time(form, seed):
         runs = [sf.simulate(scene, tolerance).checked() for tolerance in (1e-6, 1e-9, 1e-12)]
         assert runs[0].final == pytest.approx(runs[2].final, abs=1e-4)
         assert runs[1].final == pytest.approx(runs[2].final, abs=1e-7)
+
+
+def test_loads_that_begin_at_a_step_in_time_are_those_that_bend():
+    """The instant of the step is known to rounding; a load that rises from zero there is not negative just before it."""
+    rate, phase, shift = sp.symbols("rate phase shift")
+    loads = [FORMS[form](sp.sin(rate * T + phase) + shift) for form in ("branches", "max")]
+    given, drop = {rate: 1.0, phase: 0.0, shift: 0.0}, sf.laws.coulomb(0.5, 0.3)
+    scenes = [one_mass(load, force=0 * X, law=drop, values=given) for load in loads]
+    for tolerance in (1e-6, 1e-9, 1e-12):
+        step, bend = (sf.prepare(scene, tolerance, "taylor") for scene in scenes)
+        rng = np.random.default_rng(12)
+        for _ in range(60):
+            values = {"rate": rng.uniform(0.5, 2), "phase": rng.uniform(0, 6), "shift": rng.uniform(-0.5, 0.5)}
+            start = {"x": rng.uniform(-1, 1), "u": rng.uniform(-1, 1)}
+            runs = [program.run(values, start).checked() for program in (step, bend)]
+            assert runs[0].final == pytest.approx(runs[1].final, abs=30 * tolerance + 1e-11)
 
 
 @pytest.mark.one_in(2)

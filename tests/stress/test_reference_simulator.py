@@ -148,11 +148,35 @@ def test_parallel_contacts_share_what_they_hold():
     assert events(scene)[0] == (pytest.approx(0.1 * (1 + 2 + 3)), (1, 1, 1))
 
 
+@pytest.mark.parametrize("weak", [1e-20, 1e-12, 1e-6, 0.0])
+def test_a_weak_contact_does_not_hide_when_the_others_reach_their_bounds(weak):
+    contacts = [
+        sf.Contact("weak", U, weak, sf.laws.coulomb(0.5)),
+        sf.Contact("floor", 2 * U, 0.2, sf.laws.coulomb(0.5)),
+    ]
+    scene = one_mass(T**2, contacts, horizon=1.0)
+    assert events(scene)[0] == (pytest.approx(math.sqrt(0.2 + 0.5 * weak), rel=1e-12), (1, 1))
+
+
+@pytest.mark.parametrize("between", [0.35, 0.15])
+def test_of_contacts_that_share_what_they_hold_those_at_their_bounds_slip(between):
+    """A pull on the first of two masses, each on the floor, with friction between them; all of it drops to one half."""
+    law = sf.laws.coulomb(1.0, 0.5)
+    system = sf.System([X, Y], [U, W], sp.eye(2), [T, 0])
+    floor = [sf.Contact("a", U, 0.2, law), sf.Contact("b", W, 0.1, law), sf.Contact("c", 2 * W, 0.05, law)]
+    contacts = [*floor, sf.Contact("d", U - W, between, law)]
+    scene = sf.Scene(system, contacts, {}, dict.fromkeys((X, Y, U, W), 0.0), 0.6)
+    first = (
+        (0.4, (1, 1, 1, 0)) if between > 0.2 else (0.2 + between, (1, 0, 0, 1))
+    )  # both masses at once, or the first alone
+    assert events(scene)[0] == (pytest.approx(first[0]), first[1])
+
+
 def test_the_least_excess_of_dependent_contacts():
     rows = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
-    # 1 and 1 carried by three: the third may carry up to its bound for both
-    assert least_excess(rows, np.array([1.0, 1.0]), np.array([0.25, 0.25, 1.0])) == pytest.approx(-0.125)
-    assert least_excess(np.ones((2, 1)), np.array([3.0]), np.array([1.0, 1.0])) == pytest.approx(0.5)
+    # 1 and 1 carried by three: the third 0.8 for both, and all are at 0.8 of their bounds
+    assert least_excess(rows, np.array([1.0, 1.0]), np.array([0.25, 0.25, 1.0])) == pytest.approx(0.8 * 1.5 - 1.5)
+    assert least_excess(np.ones((2, 1)), np.array([3.0]), np.array([1.0, 1.0])) == pytest.approx(3.0 - 2.0)
 
 
 def test_a_pendulum_with_a_sliding_support_keeps_its_energy():

@@ -152,7 +152,7 @@ def reduced(rows: np.ndarray, drifts: np.ndarray) -> tuple[np.ndarray, np.ndarra
 def shared_excess(rows: np.ndarray, total: np.ndarray, bounds: np.ndarray) -> np.ndarray:
     """Return by how much each of the contacts that share a force exceeds its bound.
 
-    Contacts without load carry nothing where the others can: with a share they would sit on their bounds for ever.
+    Contacts without load carry nothing where the others can.
     """
     result = np.full(len(rows), -np.inf)
     loaded = bounds > 0
@@ -167,23 +167,26 @@ def shared_excess(rows: np.ndarray, total: np.ndarray, bounds: np.ndarray) -> np
 
 
 def least_excess(rows: np.ndarray, total: np.ndarray, bounds: np.ndarray) -> float:
-    """Return the least possible largest excess of a force over its bound, of forces whose sum is `total`.
+    """Return by how much forces whose sum is `total` exceed the sum of their bounds, if all exceed them in proportion.
 
-    The forces are one solution and any combination of those that cancel; the least lies where as many of the planes
-    +-force - bound meet as there are unknowns.
+    The forces are one solution and any combination of those that cancel, at the least possible largest ratio of a force
+    and its bound; it lies where as many of the planes +-force - ratio bound meet as there are unknowns. Were it the
+    excess itself, a small bound would leave nothing to watch: its contact is never further away than this bound.
     """
     _, sizes, right = np.linalg.svd(rows.T)
     rank = int(np.sum(sizes > _RANK * sizes[0]))
     one, free = np.linalg.lstsq(rows.T, total, rcond=_RANK)[0], right[rank:].T
-    planes = np.vstack([np.hstack([free, -np.ones((len(one), 1))]), np.hstack([-free, -np.ones((len(one), 1))])])
-    levels = np.concatenate([bounds - one, bounds + one])  # planes @ (combination, excess) <= levels
+    whole = float(np.sum(bounds))
+    part = bounds / whole if whole > 0 else np.full(len(one), 1 / len(one))
+    planes = np.vstack([np.hstack([free, -part[:, None]]), np.hstack([-free, -part[:, None]])])
+    levels = np.concatenate([-one, one])  # planes @ (combination, sum of the bounds that are needed) <= levels
     corners = np.array(list(itertools.combinations(range(len(levels)), free.shape[1] + 1)))
     parts = planes[corners]
-    regular = np.abs(np.linalg.det(parts)) > 1e-12
+    regular = np.abs(np.linalg.det(parts)) > 1e-12 * np.prod(np.linalg.norm(parts, axis=2), axis=1)
     vertices = np.linalg.solve(parts[regular], levels[corners[regular]][..., None])[..., 0]
     size = np.max(np.abs(levels)) + np.abs(vertices[:, -1:])
     inside = np.all(vertices @ planes.T <= levels + 1e-13 * size, axis=1)
-    return float(np.min(vertices[inside, -1], initial=np.inf))
+    return float(np.min(vertices[inside, -1], initial=np.inf)) - whole
 
 
 class Choice:
@@ -196,6 +199,9 @@ class Choice:
 
     def at(self, t: float, y: np.ndarray, at_zero: Sequence[bool], small: np.ndarray) -> SmoothMode | None:
         """Return the admissible mode in which most contacts stick; None if there is none.
+
+        Where contacts that share what they hold reach what they can, those within their bounds go on sticking first:
+        less friction of theirs once they slip would also admit that they slip instead of others.
 
         Parameters
         ----------
@@ -218,11 +224,15 @@ class Choice:
             for modes in itertools.product(*options)
             for signs, edge in self._sides(t, y, modes, at_zero[e.n_c :], small[e.n_c :])
         ]
-        order = -1 if self.preference else 1
-        candidates = sorted(candidates[::order], key=lambda c: -c[0].count(0))
+        order, spared = -1 if self.preference else 1, self._spared(t, y, at_zero, slips, signs)
+
+        def rank(modes: tuple[int, ...]) -> tuple[int, int]:
+            return sum(modes[i] != 0 for i in spared), -modes.count(0)
+
+        candidates = sorted(candidates[::order], key=lambda c: rank(c[0]))
         accepted: list[tuple[SmoothMode, np.ndarray]] = []
         for modes, signs, edge in candidates:
-            if accepted and modes.count(0) < accepted[0][0].modes.count(0):
+            if accepted and rank(modes) > rank(accepted[0][0].modes):
                 break
             mode = self._admissible(t, y, SmoothMode(modes, signs), rest, edge, scales)
             if mode is not None:
@@ -233,6 +243,30 @@ class Choice:
         size = np.max(np.abs(first)) + 1e-300
         self.alternatives |= any(np.max(np.abs(other - first)) > 1e-9 * size for _, other in accepted[1:])
         return accepted[0][0]
+
+    def _spared(
+        self, t: float, y: np.ndarray, at_zero: Sequence[bool], slips: Sequence[float], signs: Sequence[int]
+    ) -> list[int]:
+        """Return the contacts within their bounds where those that stick, and share what they hold, reach the limit.
+
+        There a larger bound of one of them would change nothing.
+        """
+        n_c, remembers = self.m.e.n_c, self.m.e.remembers
+        stuck = [i for i in range(n_c) if at_zero[i] and not remembers[i]]
+        mode = SmoothMode(tuple(0 if i in stuck else int(np.sign(w)) for i, w in enumerate(slips)), tuple(signs))
+        _, push, parts = motion = self.m.motion(t, y, mode)
+        rows, bounds = parts[3][stuck], parts[6][stuck]
+        if len(stuck) < 2 or np.linalg.matrix_rank(rows, tol=_RANK) == len(stuck):
+            return []
+        total = rows.T @ push[stuck]
+        size = float(np.max(np.abs(total)) + np.max(bounds))
+        loaded = np.flatnonzero(bounds > 1e-6 * size)
+        excess = self.m.excess(t, y, mode, motion)[stuck][loaded]
+        if not loaded.size or not np.all(np.abs(excess) <= 1e-9 * size):
+            return []
+        larger = [np.where(np.arange(len(stuck)) == k, 1.1 * bounds, bounds) for k in loaded]
+        least = [least_excess(rows, total, b) for b in larger]
+        return [stuck[k] for k, e in zip(loaded, least, strict=True) if e > -0.01 * bounds[k]]
 
     def see(self, t: float, y: np.ndarray, mode: SmoothMode) -> None:
         """Update the largest sizes of forces, slips and guards, the scales of their zeros."""

@@ -9,6 +9,7 @@ from symfric.solve.loop.modes.layout import contact_of, is_along_line, is_load, 
 from symfric.solve.loop.modes.resting_edges import decisive, size_of
 from symfric.solve.loop.modes.tolerances import natural_time, no_acceleration
 from symfric.solve.loop.precision import EPS, LEAST_TERM, NEAREST, TOUCH
+from symfric.solve.loop.stepping.series import PROBED
 from symfric.solve.loop.stepping.step_acceptance import reach
 from symfric.solve.loop.workspace import LoopArrays
 
@@ -73,8 +74,8 @@ def _crossing(w: LoopArrays, r: int, g: int, begin: float, total: float, h: floa
             first = decisive(w, w.c, r, g - switch(0, w.contacts.sticks.size), w.contacts.sticks.size, natural_time(w))
         if total == 0.0:
             return 2.0 * h
-        power = h**first
-        while first < order and abs(w.c[r, first]) * power <= LEAST_TERM * total and not (slips and first == 1):
+        power, decided = h**first, (slips and first == 1) or (is_switch(w, g) and first < PROBED)
+        while first < order and abs(w.c[r, first]) * power <= LEAST_TERM * total and not decided:
             first += 1
             power *= h
         begin = w.c[r, first]

@@ -25,6 +25,12 @@ def just_after(w: LoopArrays, row: int) -> float:
 
 
 @compiled(inline=True)
+def missed(w: LoopArrays, row: int) -> float:
+    """Return by how much a guard differs between the instant of a step in time and now, from `step_over`."""
+    return soon(w) * abs(w.probe[row, 1]) if w.limits.steps and w.counts.jumped else 0.0
+
+
+@compiled(inline=True)
 def occurs(w: LoopArrays, row: int) -> bool:
     """Whether the sign of a step in time is wrong just after now."""
     return just_after(w, row) < 0.0
@@ -43,8 +49,8 @@ def mark_steps(w: LoopArrays, n_x: int, n_c: int, starting: bool) -> None:
 
 @compiled
 def step_over(w: LoopArrays, n_x: int, n_c: int) -> None:
-    """Give every step in time its sign just after now; one may depend on those before it."""
-    for _ in range(w.contacts.step.size):
+    """Give every step in time its sign just after now; one may depend on those before it. Probe the rows with them."""
+    for _ in range(w.contacts.step.size + 1):
         prelude(w)
         probe(w)
         changed = False

@@ -16,7 +16,7 @@ import numpy as np
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
 from symfric.solve.loop.codes import DROP, LOAD, LOST_CONTACT, NOT_FINITE, OK, UNDECIDED
-from symfric.solve.loop.events.time_steps import just_after, soon, step_over
+from symfric.solve.loop.events.time_steps import just_after, missed, soon, step_over
 from symfric.solve.loop.modes.contradiction import at_bound, stick_scale, tied, worst_contact
 from symfric.solve.loop.modes.exceeded_facets import release_worst
 from symfric.solve.loop.modes.holding import hold_more
@@ -67,7 +67,7 @@ def _select(w: LoopArrays, n_x: int, n_c: int) -> int:
     for i in range(n_c):
         g, lost = w.contacts.loads[i], 0.0
         if g >= 0:
-            w.guards.slack[g] = no_load(w, i)
+            w.guards.slack[g] = no_load(w, i) + missed(w, n_x + g)
             lost = -w.guards.slack[g] - TOUCH * w.clock.tolerance * w.scale[n_x + g]
         if w.gauge[LOAD, i] < lost:
             return LOST_CONTACT
