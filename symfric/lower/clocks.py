@@ -163,9 +163,13 @@ class Clocks:
         return _Instant(self, ca.SX.zeros(self.layout.guards))._read(reset.guard, {})
 
     def _earlier(self, h: Held) -> ca.SX:
-        """Return how many values act before that of the first sample; they stand in the queue at the start."""
+        """Return how many values act before that of the first sample; they stand in the queue at the start.
+
+        Where the first sample comes later than one period, nothing acts in the whole periods before.
+        """
         show = Printer(dict(self.symbols), set(), Switches())
-        return ca.floor((show(h.offset) + show(h.delay)) / show(h.every) + _MARGIN)
+        offset, delay, every = show(h.offset), show(h.delay), show(h.every)
+        return ca.floor((offset + delay) / every + _MARGIN) - ca.floor(offset / every + _MARGIN)
 
     @property
     def _now(self) -> dict[str, ca.SX]:

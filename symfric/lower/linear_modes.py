@@ -17,6 +17,7 @@ from symfric.model.outputs import OutputOfExpression, friction_force, slip
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import System
+from symfric.model.tables import table_of
 
 
 @dataclass(frozen=True)
@@ -127,6 +128,9 @@ def lines_of(law: Law) -> list[tuple[sp.Expr, sp.Expr, sp.Expr]]:
     kinetic = law.kinetic
     if kinetic.has(sp.Integral):
         raise NoRoute("the friction law is a mean over fast vibration, not straight lines")
+    table = table_of(kinetic) if isinstance(kinetic, sp.Piecewise) else None
+    if table is not None and table.argument == SPEED and table.lines is not None:
+        return [(end, *line) for end, line in zip((*table.breaks, sp.oo), table.lines, strict=True)]
     pieces = kinetic.args if isinstance(kinetic, sp.Piecewise) else [(kinetic, sp.true)]
     lines = []
     for k, (e, condition) in enumerate(pieces):

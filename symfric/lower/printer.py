@@ -15,8 +15,10 @@ from sympy.core.relational import Relational
 
 from symfric.errors import SceneError
 from symfric.lower.chebyshev import ChebyshevSeries
+from symfric.lower.lookup import LEAST, looked_up
 from symfric.model.numeric import gauss_legendre
 from symfric.model.symbols import TIME
+from symfric.model.tables import Table, table_of
 
 _UNARY: dict[type, Callable[[ca.SX], ca.SX]] = {
     sp.exp: ca.exp,
@@ -214,10 +216,42 @@ class Printer:
     def _piecewise(self, e: sp.Expr) -> ca.SX:
         if e.args[-1].cond != sp.true:
             raise SceneError(f"the Piecewise {e} has no last branch with the condition True")
+        table = table_of(e) if len(e.args) > LEAST else None
+        if table is not None and self._moves(table.argument) and not self._jumps_in_place(table):
+            return self._looked_up(table)
         result = self._print(e.args[-1].expr)
         for piece in reversed(e.args[:-1]):
             result = ca.if_else(self._condition(piece.cond), self._print(piece.expr), result)
         return result
+
+    def _looked_up(self, table: Table) -> ca.SX:
+        """Return a table as a lookup; linear pieces are one line with value and slope from the table."""
+        breaks, symbols = [_double(b) for b in table.breaks], table.argument.free_symbols
+        timed = symbols & self.moving == {TIME}
+
+        def switch(quantity: ca.SX, level: int) -> ca.SX:
+            sign = self._switch(quantity, table.argument, *table.breaks, sp.Integer(level))
+            if timed:
+                self._mark_step(sign)
+            return sign
+
+        chosen = looked_up(self._print(table.argument), breaks, switch)
+        lines = table.lines
+        if lines is None:
+            return chosen([self._print(piece) for piece in table.pieces])
+        value, slope = (chosen([self._print(e) for e in column]) for column in zip(*lines, strict=True))
+        return value + slope * self._print(table.argument)
+
+    def _jumps_in_place(self, table: Table) -> bool:
+        """Whether a table is one of constants that jump with the state, as on the cells of a floor.
+
+        The edges of cells are looked at one by one, see `symfric.lower.cell_edges`.
+        """
+        still = not any(self._moves(piece) for piece in table.pieces)
+        return still and table.argument.free_symbols & self.moving != {TIME}
+
+    def _mark_step(self, sign: ca.SX) -> None:
+        self.switches.steps.add(next(k for k, s in enumerate(self.switches.signs) if s is sign))
 
     def _condition(self, c: sp.Basic) -> ca.SX:
         if c in (sp.true, sp.false):
@@ -237,7 +271,7 @@ class Printer:
         gap = c.gts - c.lts
         sign = self._switch(self._print(gap), gap)
         if gap.free_symbols & self.moving == {TIME}:
-            self.switches.steps.add(next(k for k, s in enumerate(self.switches.signs) if s is sign))
+            self._mark_step(sign)
         return sign > 0
 
 

@@ -14,6 +14,7 @@ from sympy.core.relational import Relational
 from symfric.errors import SceneError
 from symfric.model.numeric import numeric_function
 from symfric.model.symbols import TIME
+from symfric.model.tables import Table
 
 STEPPED = (sp.Heaviside, sp.sign)
 _SEED = 19
@@ -127,7 +128,27 @@ def compare_across(piecewise: sp.Piecewise, boundary: sp.Expr, unknown: sp.Symbo
             at = [float(evaluate(root + d, *point.values())) for d in (-2 * step, -step, step, 2 * step)]
             slope = max(abs(at[1] - at[0]), abs(at[3] - at[2]))
             if abs(at[2] - at[1]) > 20 * slope + 1e-9 * max(1.0, abs(at[1])):
-                raise SceneError(
-                    f"{what} jumps by {at[2] - at[1]:.3g} at {unknown} = {root:.6g}; "
-                    "a Piecewise must be continuous, and jumps of friction are contacts"
-                )
+                raise _jump(what, at[2] - at[1], unknown, root)
+
+
+def check_lines(table: Table, what: str) -> bool:
+    """Raise if a table of straight lines in numbers jumps; return whether it is one.
+
+    The lines are compared as `compare_across` compares functions.
+    """
+    if table.lines is None or not all(e.is_number for line in table.lines for e in line):
+        return False
+    values, slopes = np.array(table.lines, dtype=float).T
+    at = np.array(table.breaks, dtype=float)
+    before, after = values[:-1] + slopes[:-1] * at, values[1:] + slopes[1:] * at
+    steep = 1e-7 * np.maximum(1.0, np.abs(at)) * np.maximum(np.abs(slopes[:-1]), np.abs(slopes[1:]))
+    for k in np.flatnonzero(np.abs(after - before) > 20 * steep + 1e-9 * np.maximum(1.0, np.abs(before))):
+        raise _jump(what, after[k] - before[k], table.argument, at[k])
+    return True
+
+
+def _jump(what: str, size: float, unknown: sp.Symbol, root: float) -> SceneError:
+    return SceneError(
+        f"{what} jumps by {size:.3g} at {unknown} = {root:.6g}; "
+        "a Piecewise must be continuous, and jumps of friction are contacts"
+    )

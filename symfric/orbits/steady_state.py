@@ -14,8 +14,9 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of
 from symfric.orbits.recurrence import FEW, SAME, Recurrence, level_of, passages, period_of
 from symfric.solve.routes import RouteName, Settings, prepare
-from symfric.solve.run import Run, finished, stuck
+from symfric.solve.run import Run, finished
 from symfric.solve.status import Status
+from symfric.solve.sticking import stuck
 
 END, PATH = "end of the window", "path of the window"  # names of additional outputs, unlikely to occur in a scene
 SAMPLES = 4000  # samples of a window

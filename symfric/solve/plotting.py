@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,7 +10,10 @@ from symfric.axes import axes_for, in_letters
 from symfric.locks import DRAWING, alone
 from symfric.model.held import Held
 from symfric.model.scene import Scene
-from symfric.solve.run import Run, stuck
+from symfric.solve.sticking import stuck
+
+if TYPE_CHECKING:
+    from symfric.solve.run import Run
 
 _NO_UNITS: Mapping[str, str] = MappingProxyType({})
 
@@ -26,7 +29,7 @@ def labelled(name: str, units: Mapping[str, str]) -> str:
 
 
 def motion_to_draw(
-    run: Run, t: np.ndarray, contacts: Sequence[bool] | None = None
+    run: "Run", t: np.ndarray, contacts: Sequence[bool] | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return a motion for drawing, so that jumps are no slanted lines.
 
@@ -61,7 +64,7 @@ def acting(scene: Scene) -> tuple[Held, ...]:
 
 
 @alone(DRAWING)
-def plot_run(run: Run, ax: Any = None, units: Mapping[str, str] = _NO_UNITS) -> Any:
+def plot_run(run: "Run", ax: Any = None, units: Mapping[str, str] = _NO_UNITS) -> Any:
     """Draw every coordinate against time, with a bar along the bottom where a contact sticks; return the Axes.
 
     Held variables that act on the motion are drawn as steps, on an axis of their own at the right.

@@ -400,15 +400,6 @@ class Run(ArrayResult):
         return f"Run({self.status.name}, {self.route}, t_final={self.t_final:g}, {events} events)"
 
 
-def stuck(run: Run) -> np.ndarray:
-    """Return whether each contact sticks from each time of a run on, shape (n_contacts, n_t).
-
-    A closed stop does not: it has no friction.
-    """
-    rubs = np.array([not c.frictionless for c in run.scene.contacts], dtype=bool)
-    return (run.mode == 0) & rubs[:, None]
-
-
 def finished(run: Run) -> Run:
     """Return a run inside another function; raise `RunFailed` with what the caller of that function can do.
 

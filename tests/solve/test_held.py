@@ -68,6 +68,8 @@ def sampled(period, offset, delay, step, horizon):
         (0.7, 0.0, 0.7, None),
         (0.7, 0.1, 1.75, None),
         (0.5, 0.0, 0.2, 0.05),
+        (0.3, 0.75, 0.1, None),
+        (0.3, 0.75, 0.525, None),
     ],
 )
 def test_a_sampled_controller_is_a_chain_of_runs(period, offset, delay, step):

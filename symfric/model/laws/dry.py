@@ -9,6 +9,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws.arguments import Parameter, ready_law
 from symfric.model.laws.law import Law
 from symfric.model.symbols import SPEED, expression, listed
+from symfric.model.tables import broken_line
 
 
 def _scale(speed: Parameter, name: str) -> Parameter:
@@ -304,8 +305,7 @@ def piecewise_linear(
     else:
         breaks = tuple(speeds[1:-1])
     lines = [values[i] + slope * (SPEED - speeds[i]) for i, slope in enumerate(slopes)]
-    pieces = [(line, b > SPEED) for line, b in zip(lines, breaks, strict=False)] + [(lines[-1], True)]
-    return Law(sp.Piecewise(*pieces) if breaks else lines[0], mu_s, breaks, source="Guida (2)")
+    return Law(broken_line(SPEED, breaks, lines), mu_s, breaks, source="Guida (2)")
 
 
 @alone(SYMBOLIC)

@@ -170,6 +170,9 @@ class Law:
         """
         named = {s.name: s for s in self.free_symbols}
         mapping = {named.get(key, key) if isinstance(key, str) else key: value for key, value in values.items()}
+        present = set().union(*(e.free_symbols for e in self.expressions))
+        if all(isinstance(key, str) or (key.is_Symbol and key not in present) for key in mapping):
+            return self
         return self._mapped(lambda e: e.subs(mapping))
 
     def _mapped(self, change: Callable[[sp.Expr], sp.Expr]) -> "Law":

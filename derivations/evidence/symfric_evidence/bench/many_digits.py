@@ -259,7 +259,7 @@ class _Run:
         n_c = self.equations.n_c
         if fallen >= n_c:
             sides = tuple(-s if k == fallen - n_c else s for k, s in enumerate(mode.sides))
-            return _Mode(mode.slips, sides)
+            return self._mode(t, y, {}, _Mode(mode.slips, sides))  # forces may have stepped
         known = 0
         if mode.slips[fallen] == 0:
             known = -1 if self.equations(t, y, mode).pull[fallen] > 0 else 1
@@ -303,7 +303,9 @@ class _Run:
                 self._h = h / 2
                 continue
             if fallen is not None:
-                return *self._located(t, y, mode, h, guards, fallen), fallen
+                also = [g for g, value in enumerate(guards[node]) if value < -self.noise]  # the earliest may be another
+                found = [(*self._located(t, y, mode, h, guards, g), g) for g in also]
+                return min(found, key=lambda event: event[0])
             t, y = (stop if h == stop - t else t + h), after
             if h == self._h or error > 0.1 * self.little:
                 self._h = min(h * min(mp.mpf(2), self._factor(error)), mp.mpf(_LONGEST))

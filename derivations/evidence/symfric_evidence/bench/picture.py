@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from symfric_evidence.bench.ensembles import CaseCost
+    from symfric_evidence.bench.published import PublishedDifference
     from symfric_evidence.bench.result import Benchmark, ErrorCurve
 
 _MARKERS, _COLORS = "osD^vPX*<>hp", [*(f"C{k}" for k in range(10)), "black", "gold"]
@@ -110,6 +111,15 @@ def _row(curve: "ErrorCurve") -> tuple[str, ...]:
 
 def _milliseconds(seconds: float, stopped: bool) -> str:
     return f"{1e3 * seconds:.3g}" if not math.isnan(seconds) else "not tried" if stopped else "not reached"
+
+
+def published_table(rows: Sequence["PublishedDifference"]) -> "Table":
+    """Return a rich Table: the largest difference of every signal from its published numbers."""
+    columns = ("model", "signal", "largest difference", "at t", "of")
+    result = _table("Modelica's friction examples against their published results", columns, ("model", "signal"))
+    for row in rows:
+        result.add_row(row.model, row.signal, f"{row.difference:.1e}", f"{row.time:g}", f"{row.size:.3g}")
+    return result
 
 
 def needs_table(title: str, needs: Sequence[Need], unit: str, scale: float) -> "Table":

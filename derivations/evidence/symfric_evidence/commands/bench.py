@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 @click.option("--peers", "with_peers", is_flag=True, help="Run the other packages' solvers too, where installed.")
 @click.option("--problem", "names", multiple=True, metavar="NAME", help="Only this problem; may be repeated.")
 @click.option("--growth", "with_growth", is_flag=True, help="Measure instead how run time grows with size and outputs.")
+@click.option("--published", "with_published", is_flag=True, help="Compare instead with Modelica's published numbers.")
 @click.option("--quick", is_flag=True, help="Fewer rounds and tolerances: two minutes at most, peers included.")
 @click.option("--rounds", default=7, show_default=True, type=click.IntRange(1, 1000), help="Timings; 3 x if short.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Folder for bench.json and bench.png.")
@@ -29,6 +30,7 @@ def bench(
     with_peers: bool,
     names: tuple[str, ...],
     with_growth: bool,
+    with_published: bool,
     quick: bool,
     rounds: int,
     out: Path | None,
@@ -57,8 +59,8 @@ def bench(
             if not quiet:
                 errors.print(line, style="dim")
 
-        if with_growth:
-            _growth(folder, as_json, tell)
+        if with_growth or with_published:
+            (_growth if with_growth else _published)(folder, as_json, tell)
             return
         benchmark = measure(names, with_peers=with_peers, rounds=rounds, quick=quick, progress=tell)
     if folder is not None:
@@ -74,6 +76,23 @@ def bench(
     if not quiet:
         for name, lines in benchmark.workarounds.items():
             say(f"{name}: " + "; ".join(lines))
+
+
+def _published(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> None:
+    from rich.console import Console
+
+    from symfric_evidence.bench.picture import published_table
+    from symfric_evidence.bench.published import compared
+
+    tell("friction examples of the Modelica Standard Library")
+    found = compared()
+    plain = [asdict(row) for row in found]
+    if folder is not None:
+        write_results({folder / "published.json": json.dumps(plain, indent=2)})
+    if as_json:
+        print_json({"published": plain})
+        return
+    Console().print(published_table(found))
 
 
 def _growth(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> None:

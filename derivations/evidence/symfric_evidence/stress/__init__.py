@@ -11,6 +11,7 @@ from symfric_evidence.processes import interrupts_ignored, processes
 from symfric_evidence.stress.comparison import Comparison
 from symfric_evidence.stress.derivative_comparison import DerivativeComparison
 from symfric_evidence.stress.families import FAMILIES, family
+from symfric_evidence.stress.instants_comparison import InstantsComparison
 from symfric_evidence.stress.lane_comparison import LaneComparison
 from symfric_evidence.stress.orbit_comparison import OrbitComparison
 from symfric_evidence.stress.scene_comparison import SceneComparison
@@ -20,6 +21,7 @@ __all__ = [
     "FAMILIES",
     "VERDICTS",
     "DerivativeComparison",
+    "InstantsComparison",
     "LaneComparison",
     "OrbitComparison",
     "SceneComparison",
@@ -112,6 +114,7 @@ _COMPARISONS: dict[str, Callable[[str, int], Comparison]] = {
     "derivatives": DerivativeComparison,
     "cycle": OrbitComparison,
     "branch": OrbitComparison,
+    "instants": InstantsComparison,
 }
 
 

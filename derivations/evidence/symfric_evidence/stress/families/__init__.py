@@ -2,7 +2,7 @@
 
 from symfric.errors import SceneError
 from symfric.model.symbols import nearest
-from symfric_evidence.stress.families import loads, orbits, pulses, redundant, rescaled, surfaces, systems
+from symfric_evidence.stress.families import instants, loads, orbits, pulses, redundant, rescaled, surfaces, systems
 from symfric_evidence.stress.families.family import Family, RandomStructure, random_family
 from symfric_evidence.stress.random_scenes import KINDS, Dice, structure
 
@@ -39,6 +39,7 @@ _TABLE = (
     random_family("mass", systems.masses),
     random_family("sampled", systems.sampled, runs=25),
     random_family("no-contact", systems.smooth),
+    random_family("instants", instants.instants, runs=10, sought="instants"),
     random_family("rescaled", rescaled.rescaled, runs=25),
     Family("lanes", _mixed, runs=48, sought="lanes"),
     Family("derivatives", _moderate, runs=10, weight=0.2, sought="derivatives"),

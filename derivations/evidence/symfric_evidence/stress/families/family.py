@@ -106,7 +106,8 @@ class Family:
         Share of a stress run, relative to that of the others.
     sought : str
         What is compared: "" for motions, "lanes" for many cases at once with single runs, "derivatives" of the final
-        state, "cycle" for limit cycles, "branch" for branches of these.
+        state, "cycle" for limit cycles, "branch" for branches of these, "instants" for motions with the
+        foreign reference of events at known times.
     """
 
     name: str
