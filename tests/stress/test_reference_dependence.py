@@ -51,7 +51,14 @@ def test_contacts_side_by_side_hold_the_sum_of_their_bounds(route):
     scene = sf.Scene(system, side_by_side, {E: 1e-9, **bounds(0.3, 0.2, 0.1)}, {X: 0.0, U: 0.0}, 1.0)
     run = runner(scene, route)
     for apart in (1e-6, 1e-8, 1e-9, 1e-10, 1e-12):
-        for found in ((0.3, 0.2, 0.1), (0.3, 0.0, 0.1), (0.0, 0.3, 0.0), (0.3, 0.0, 0.0), (0.0, 0.0, 0.0)):
+        for found in (
+            (0.3, 0.2, 0.1),
+            (0.3, 0.0, 0.1),
+            (0.0, 0.3, 0.0),
+            (0.3, 0.0, 0.0),
+            (0.3, 1e-20, 0.0),
+            (0.0, 0.0, 0.0),
+        ):
             final, times = run({"e": apart, **bounds(*found)})
             held = found[0] + (1 + apart) * found[1] + found[2]
             assert final == pytest.approx([(1 - held) ** 3 / 6, (1 - held) ** 2 / 2], abs=1e-8)

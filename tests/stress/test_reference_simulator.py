@@ -8,7 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import sympy as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from scipy.integrate import quad, solve_ivp
+from scipy.optimize import linprog
 
 import symfric as sf
 from symfric_evidence import event_reference
@@ -179,6 +182,24 @@ def test_the_least_excess_of_dependent_contacts():
     assert least_excess(np.ones((2, 1)), np.array([3.0]), np.array([1.0, 1.0])) == pytest.approx(3.0 - 2.0)
 
 
+@settings(derandomize=True, deadline=None, max_examples=40)
+@given(seed=st.integers(0, 10**6))
+def test_the_sign_of_the_excess_is_that_of_a_linear_programme(seed):
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    rows, bounds = rng.integers(-2, 3, (n + int(rng.integers(1, 3)), n)).astype(float), rng.random(n + 2)
+    rows[:n] += np.eye(n) * 5
+    bounds = bounds[: len(rows)]
+    force = rng.normal(size=n) * 4
+    # the least common factor of all bounds with which forces within them have this sum
+    equal = np.hstack([rows.T, np.zeros((n, 1))])
+    below = np.vstack([np.hstack([way * np.eye(len(rows)), -bounds[:, None]]) for way in (1, -1)])
+    free = [(None, None)] * (len(rows) + 1)
+    cost = [0.0] * len(rows) + [1.0]
+    factor = linprog(cost, below, np.zeros(2 * len(rows)), equal, force, bounds=free).x[-1]
+    assert np.sign(least_excess(rows, force, bounds)) == np.sign(factor - 1)
+
+
 def test_a_pendulum_with_a_sliding_support_keeps_its_energy():
     mass = sp.Matrix([[2, sp.cos(Y)], [sp.cos(Y), 1]])
     system = sf.System([X, Y], [U, W], mass, [W**2 * sp.sin(Y), -sp.sin(Y)])
@@ -187,6 +208,28 @@ def test_a_pendulum_with_a_sliding_support_keeps_its_energy():
         x[2] ** 2 + math.cos(x[1]) * x[2] * x[3] + x[3] ** 2 / 2 - math.cos(x[1])
     )
     assert energy(final(scene)) == pytest.approx(energy([0.0, 1.0, 0.2, 0.5]), abs=1e-9)
+
+
+@pytest.mark.parametrize("start", [0.5, 1.0, 1.5])
+@pytest.mark.parametrize("pull", [-0.4, 0.4])
+@pytest.mark.parametrize("limit", [sp.Min, sp.Max])
+def test_a_state_that_settles_on_a_kink_may_leave_it_again(start, pull, limit):
+    # z goes to its limit 1 to the last digit, and is pulled off it from t = 3 on
+    system = sf.System([X], [U], [[1]], [limit(Z, 1)], z=[Z], z_rate=[20 * (1 - Z) - pull * sp.Max(T - 3, 0)])
+    scene = sf.Scene(system, [], {}, {X: 0.0, U: 0.0, Z: start}, 5.0)
+    below = limit is sp.Min
+    speed = 5.0 + ((start - 1) / 20 if (start < 1) == below else 0.0)
+    if (pull > 0) == below:
+        speed -= pull * (4 / 40 - 2 / 400 + (1 - math.exp(-40)) / 8000)
+    for preference in (0, 1):
+        found = ReferenceSimulator(scene, 1e-11).run(preference=preference)
+        assert (found.reason, found.x[1, -1]) == ("", pytest.approx(speed, abs=1e-9))
+
+
+@pytest.mark.parametrize("wave", [sp.sin, sp.cos, sp.tan])
+def test_functions_of_what_overflows_in_a_trial_step_are_not_numbers(wave):
+    equations = ReferenceSimulator(one_mass(-X + wave(X))).equations
+    assert math.isnan(equations.core(0.0, math.inf, 0.0)[1])
 
 
 def test_sampled_inputs_are_lines_between_samples():

@@ -86,6 +86,17 @@ def test_rounding_of_forces_that_cancel_decides_nothing(scene):
     assert (found.status, found.verdict) == ("OK", "agrees")
 
 
+FOUND = ["no-contact/100/25", "mixed/104/24", "mixed/94/23", "weak-load/92/19", "weak-load/106/17", "redundant/109/0"]
+
+
+@pytest.mark.parametrize("scene", longer([*FOUND, "redundant/109/17", "lanes/104/24"], FOUND))
+def test_scenes_on_which_run_and_reference_once_differed(scene):
+    """A state that rests on a kink; an infinite slope at rest; overflow; a weak load; two modes after a release."""
+    name, seed, number = scene_named(scene)
+    found = prepared(name, seed).verdict(number)
+    assert (found.status, found.verdict) == ("OK", "agrees")
+
+
 @settings(derandomize=True, deadline=None, max_examples=25)
 @given(seed=st.sampled_from([2, 3, 25]), number=st.integers(1000, 10**9))
 def test_no_other_draw_fails_in_silence(seed, number):

@@ -32,7 +32,7 @@ from symfric.solve.loop.recording.accumulation import accumulate
 from symfric.solve.loop.recording.trajectory import store_event, store_step
 from symfric.solve.loop.run_rules import begin_counting, begin_values, budget, pause
 from symfric.solve.loop.stepping.calls import expand, prelude
-from symfric.solve.loop.stepping.singular_start import start_singular
+from symfric.solve.loop.stepping.singular_start import arrives, start_singular
 from symfric.solve.loop.stepping.step_acceptance import proven
 from symfric.solve.loop.stepping.step_size import step_rule, step_size, weighted_rule, weighted_size
 from symfric.solve.loop.workspace import LoopArrays
@@ -113,18 +113,24 @@ def drive(w: LoopArrays) -> int:
         if last:
             h = left
         tau = first_event(w, n_x, n_c, h, h if last else h * STRETCH)
+        collapsed = False
         while tau > 0.0:
             holds = proven(w, n_x, tau)
             if holds == tau:
                 break
             if tau <= max(16.0 * EPS * w.y[n_x], _LEAST_STEP * w.clock.t_end):
-                return _collapse(w, n_x)
+                collapsed = True
+                break
             last, h = False, holds
             tau = first_event(w, n_x, n_c, h, h)
         if tau < h:
             last = False
         elif not last and h <= 2.0 * EPS * abs(w.y[n_x]):
-            return _collapse(w, n_x)
+            collapsed = True
+        if collapsed:
+            if not arrives(w, n_x, n_c):
+                return _collapse(w, n_x)
+            continue
         if tau > 0.0:
             _advance(w, n_x, n_c, tau)
         for i in range(n_x):

@@ -54,7 +54,7 @@ def _pick(side: Any, above: Any, below: Any) -> Any:
 
 
 SCALAR: dict[str, Callable[..., Any]] = {
-    **{name: _guarded(getattr(math, name)) for name in ("sqrt", "log", "asin", "acos")},
+    **{name: _guarded(getattr(math, name)) for name in ("sqrt", "log", "asin", "acos", "sin", "cos", "tan")},
     "exp": _exp,
     "cosh": lambda x: math.cosh(x) if abs(x) < 709.0 else math.inf,
     "sinh": lambda x: math.sinh(x) if abs(x) < 709.0 else math.copysign(math.inf, x),

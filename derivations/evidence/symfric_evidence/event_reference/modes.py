@@ -110,7 +110,7 @@ class Mechanics:
     def excess(self, t: float, y: np.ndarray, mode: SmoothMode, motion: Motion | None = None) -> np.ndarray:
         """Return the relative excess of every sticking contact over its bound, <= 0 where it holds.
 
-        Contacts with dependent rows share the force so that the largest excess is least.
+        Contacts with dependent rows share the force; theirs is that of all, see `least_excess`.
         """
         a, push, parts = self.motion(t, y, mode) if motion is None else motion
         mass, force, _, rows, drift, _, bounds = parts
@@ -243,6 +243,10 @@ class Choice:
         size = np.max(np.abs(first)) + 1e-300
         self.alternatives |= any(np.max(np.abs(other - first)) > 1e-9 * size for _, other in accepted[1:])
         return accepted[0][0]
+
+    def zeros(self) -> np.ndarray:
+        """Return the rounding error of every guard of a kink."""
+        return ROUNDING * self._scales[self.m.e.n + self.m.e.n_c :]
 
     def _spared(
         self, t: float, y: np.ndarray, at_zero: Sequence[bool], slips: Sequence[float], signs: Sequence[int]

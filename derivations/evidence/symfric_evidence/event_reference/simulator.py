@@ -19,6 +19,7 @@ _GRID = np.linspace(0.0, 1.0, 13)  # grid on a step at which guards are evaluate
 _FIRST = np.concatenate([[0.0], 2.0 ** np.arange(-40, -4), _GRID[1:]])
 _CHANGE = 1.0  # of the argument of a feature over a step; and this part of the argument itself:
 _PART = 0.5
+_LEAVES = 4.0  # multiple of that at which a kink that rested has left zero
 _ZERO = 1e-13, 1e-12  # of the largest slip and of the largest guard of a kink so far: what counts as zero
 
 
@@ -248,7 +249,7 @@ class _Motion:
         """Return which slips and guards of kinks are zero where a guard ends the mode."""
         zero = [m == 0 for m in mode.modes] + list(mode.resting)
         if 0 <= row < len(zero):
-            zero[row] = True
+            zero[row] = not zero[row]  # a kink that rested has left zero
         return zero
 
     def _guards(
@@ -257,7 +258,7 @@ class _Motion:
         """Return the guards on the grid, positive while the mode lasts, and a function of row and time.
 
         Rows: slips of slipping contacts, kinks, and what is left of the bounds of sticking contacts; infinite where
-        there is nothing to watch.
+        there is nothing to watch. A kink that rests may leave zero again, by more than counts as zero.
         """
         n_c, n_k = self.e.n_c, self.e.n_k
         rows = np.full((2 * n_c + n_k, grid.size), np.inf)
@@ -265,9 +266,9 @@ class _Motion:
         for i, m in enumerate(mode.modes):
             if m:
                 rows[i] = m * watched[i]
+        leaves = np.where(mode.resting, _LEAVES * np.maximum(_ZERO[1] * self.largest[n_c:], self.choice.zeros()), 0.0)
         for k, sign in enumerate(mode.signs):
-            if not mode.resting[k]:
-                rows[n_c + k] = sign * watched[n_c + k]
+            rows[n_c + k] = sign * watched[n_c + k] + leaves[k]
         stuck = [i for i, m in enumerate(mode.modes) if m == 0]
         turning = [p != 0 for p in mode.pushes] or [False] * n_c  # the bound at an edge is that of one side
         if stuck:
@@ -282,8 +283,8 @@ class _Motion:
         def value(row: int, t: float) -> float:
             y = dense(t)
             if row < n_c + n_k:
-                guard = self.e.watched(*self.m.arguments(t, y, mode))[row]
-                return float((mode.modes[row] if row < n_c else mode.signs[row - n_c]) * guard)
+                guard = float(self.e.watched(*self.m.arguments(t, y, mode))[row])
+                return mode.modes[row] * guard if row < n_c else mode.signs[row - n_c] * guard + leaves[row - n_c]
             i = row - n_c - n_k
             motion = self.m.motion(t, y, mode)
             left = -float(self.m.excess(t, y, mode, motion)[i])
@@ -328,8 +329,11 @@ def _first_zero(
     if g[0] <= 0 or noise is not None:  # it may begin at zero, and below it by rounding
         above = np.flatnonzero(g > max(-4 * g[0], 0.0))
         if not above.size:
-            below = np.flatnonzero(g < -1e-9 * np.max(np.abs(g)) - 1e-13)
-            return float(grid[below[0]]) if below.size and below[-1] == g.size - 1 else None
+            level = 1e-9 * np.max(np.abs(g)) + 1e-13
+            below = np.flatnonzero(g < -level)
+            if not below.size or below[-1] < g.size - 1:
+                return None
+            return _root(lambda t: function(t) + level, grid[max(below[0] - 1, 0)], grid[below[0]])
         start = int(above[0])
     clear = np.flatnonzero(np.abs(g[start:]) > (noise or 0.0))
     if clear.size and g[start + clear[0]] > 0:  # until then it is zero
@@ -354,7 +358,7 @@ def _first_zero(
 
 def _root(function: Callable[[float], float], a: float, b: float) -> float:
     if function(a) <= 0:
-        return a
+        return float(a)
     if function(b) >= 0:
-        return b
+        return float(b)
     return float(brentq(function, a, b, xtol=1e-15 * max(abs(a), abs(b), 1e-300), rtol=8.9e-16))

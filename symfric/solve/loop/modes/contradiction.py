@@ -1,5 +1,7 @@
 """Contradiction between the modes of contacts and their forces, for mode selection."""
 
+import numpy as np
+
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
 from symfric.solve.loop import arithmetic
@@ -90,12 +92,12 @@ def _excess(w: LoopArrays, row: int, doubt: float) -> tuple[float, int]:
 
     Both sides may be at the bound to rounding, where it is far below the forces that cancel: then the side that falls.
     An excess that ends within the rounding of time does not count: that of a load which returns from zero, missed by as
-    much.
+    much. An infinite slope, that of another contact's law at rest, tells nothing of when it ends.
     """
     scale = stick_scale(w, row)
     side = 0 if w.probe[row, 0] < w.probe[row + 1, 0] else 1
     g, slope = w.probe[row + side, 0], w.probe[row + side, 1]
-    if g < -doubt and -g > slope * instant(w):
+    if g < -doubt and (-g > slope * instant(w) or not slope < np.inf):
         return -g / scale, 2 * side - 1
     for _ in range(2):
         slope = w.probe[row + side, 1]
@@ -123,7 +125,7 @@ def _drift(w: LoopArrays, row: int, i: int) -> tuple[float, int]:
 def _backing(w: LoopArrays, row: int, i: int, horizon: float) -> float:
     """Return the acceleration of a slipping contact in the wrong direction, relative to that by static friction."""
     first, second, pull = w.probe[row, 1], w.probe[row, 2], w.gauge[PULL, i]
-    little = no_acceleration(w, i, second)
+    little = no_acceleration(w, i, second if abs(second) < np.inf else 0.0)  # a law may have an infinite slope at rest
     if first < -little:
         return -first / (pull - first)
     if first <= little and second * horizon < -no_acceleration(w, i, 0.0):

@@ -3,12 +3,15 @@
 A law like mu_d + alpha sqrt(v) has an infinite slope at rest. The slip then grows like B t^2 (release at the static
 bound) or c t + C t^(3/2) (release with a jump of the force); one short step with the right weight of its end catches
 the leading terms.
+
+Where such a slip falls to zero again, steps shrink until they are a rounding error short of it, and the coefficients
+overflow: the rest is a straight line.
 """
 
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.codes import EXPAND, NOT_FINITE, OK, PULL, TERMS
+from symfric.solve.loop.codes import EXPAND, NOT_FINITE, OK, PULL, SETTLE, TERMS
 from symfric.solve.loop.modes.layout import backward, way
 from symfric.solve.loop.modes.tolerances import natural_time
 from symfric.solve.loop.precision import TIE
@@ -18,6 +21,7 @@ from symfric.solve.loop.workspace import LoopArrays
 
 # length of the step relative to the natural time: rounding of the slip and truncation are both about 1e-11
 FRACTION = 1e-6
+ARRIVAL = 1e-9  # longest straight step to a singular rest, likewise: the rate changes by its square root at most
 NEGLIGIBLE = 1e-9  # displacement by a curvature in that time, relative to a state's range, that is negligible
 
 
@@ -28,12 +32,17 @@ def start_singular(w: LoopArrays, n_x: int, n_c: int) -> int:
     begins = False
     for g in range(w.guards.fresh.size):
         begins = begins or w.guards.fresh[g] != 0
+    if not begins and arrives(w, n_x, n_c):
+        return OK
     if w.counts.stall > 20 or (w.counts.stall == 1 and not begins):
         return NOT_FINITE
     for r in range(n_x):
         w.step.base[0, r] = w.y[r]
         if abs(w.c[r, 1]) < np.inf:
             w.step.base[1, r] = w.c[r, 1]
+        elif _varies(w, n_x, r):
+            w.step.base[1, r] = 0.0
+            w.counts.doubts += 1
         if not abs(w.step.base[1, r]) < np.inf:
             return NOT_FINITE
     which, weight, time = -1, 2.0 / 3.0, natural_time(w)
@@ -62,6 +71,39 @@ def start_singular(w: LoopArrays, n_x: int, n_c: int) -> int:
         w.guards.fresh[g] = 0
     w.counts.phase = EXPAND
     return status
+
+
+@compiled(inline=True)
+def _varies(w: LoopArrays, n_x: int, r: int) -> bool:
+    """Whether row r is a derivative of a state: with an infinite slope its rate is infinite, and it is in doubt."""
+    return r >= n_x // (1 + w.limits.varied)
+
+
+@compiled
+def arrives(w: LoopArrays, n_x: int, n_c: int) -> bool:
+    """Step to the rest of the contact whose slip is about to fall to zero; return whether one is that near."""
+    h, hit = min(ARRIVAL * natural_time(w), w.clock.t_end - w.y[n_x]), -1
+    for i in range(n_c):
+        slip, rate = w.c[n_x + backward(i), 0], w.c[n_x + backward(i), 1]
+        if w.m[i] < 0.5 and slip >= 0.0 and slip < -rate * h:
+            h, hit = slip / -rate, backward(i)
+    if hit < 0:
+        return False
+    for r in range(n_x):
+        w.step.base[0, r], w.step.base[1, r], w.step.base[2, r] = w.y[r], w.c[r, 1], 0.0
+        if not abs(w.c[r, 1]) < np.inf:
+            if not _varies(w, n_x, r):
+                return False
+            w.step.base[1, r] = 0.0
+    w.counts.doubts += w.limits.varied
+    for r in range(n_x):
+        w.y[r] += h * w.step.base[1, r]
+    w.y[n_x] += h
+    _keep(w, n_x, n_c, h)
+    for g in range(w.guards.hit.size):
+        w.guards.hit[g], w.guards.fresh[g] = g == hit, 0
+    w.counts.phase = SETTLE
+    return True
 
 
 @compiled
