@@ -11,7 +11,7 @@ from symfric.lower.impacts import impact_function
 if TYPE_CHECKING:
     from symfric.solve.run import Run
 
-_TOUCHES = 1e-8  # gap, relative to the sizes of its terms, below which a contact may strike
+_TOUCHES = 1e-8  # gap, relative to the sizes of its terms and the way of a step, below which a contact may strike
 
 
 def struck(
@@ -49,7 +49,7 @@ def struck(
         after, t = path.coefficients[k + 1, :, 0], path.t[k + 1]
         p = parameters(np.array([t]))[:, 0]
         found = dict(zip(names, (np.array(e).ravel() for e in impact(before, t, p, data)), strict=True))
-        touching = found["gap"] <= _TOUCHES * found["size"]
+        touching = found["gap"] <= _TOUCHES * (found["size"] + np.abs(found["rate"]) * path.h[k])
         spread = found["spread"].reshape(-1, n_u).T
         n_c = spread.shape[1] - n
         rubs = [i in {line for line, near in zip(owners, touching, strict=True) if near} for i in range(n_c)]

@@ -7,22 +7,36 @@ from symfric.model.scenes.absorber import absorber
 from symfric.model.scenes.belt import mass_on_belt, wavy_belt
 from symfric.model.scenes.damper import contact_damper
 from symfric.model.scenes.foundation import sprung_foundation
+from symfric.model.scenes.impacts import (
+    brake_pad,
+    cam_follower,
+    impact_oscillator,
+    mass_with_stops,
+    vibratory_conveyor,
+)
 from symfric.model.scenes.isolator import rolling_isolator
 from symfric.model.scenes.oscillators import coulomb_oscillator
+from symfric.model.scenes.rocking import rocking_block
 from symfric.model.scenes.slides import drive_slide, drive_stop, two_slides
 from symfric.model.scenes.stage import positioning_stage
 
 __all__ = [
     "absorber",
+    "brake_pad",
+    "cam_follower",
     "contact_damper",
     "coulomb_oscillator",
     "drive_slide",
     "drive_stop",
+    "impact_oscillator",
     "mass_on_belt",
+    "mass_with_stops",
     "positioning_stage",
+    "rocking_block",
     "rolling_isolator",
     "sprung_foundation",
     "two_slides",
+    "vibratory_conveyor",
     "wavy_belt",
 ]
 

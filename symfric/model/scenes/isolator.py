@@ -110,7 +110,7 @@ def rolling_isolator(
     alpha = finite(alpha, "alpha")
     if not alpha > 0:
         raise SceneError(f"alpha is {alpha:g}; the exponent of the damper must be positive")
-    signal = motion if isinstance(motion, Signal) else _signal(motion)
+    signal = as_signal(motion)
     values: dict[Key, float | None] = {"C": finite(C, "C"), "m": finite(m, "m"), "g": finite(g, "g")}
     C_, m_, g_, a_g, amplitude = sp.symbols("C m g a_g amplitude", real=True)
     values["amplitude"] = 1.0
@@ -152,7 +152,10 @@ def _damper(C: sp.Symbol, alpha: float, rest_speed: float) -> tuple[sp.Expr, dic
     return C * _W * (_W**2 + low**2) ** sp.Float((alpha - 1) / 2), {"rest_speed": rest_speed}
 
 
-def _signal(motion: object) -> Signal:
+def as_signal(motion: object) -> Signal:
+    """Return a ground motion as a sampled input."""
+    if isinstance(motion, Signal):
+        return motion
     samples, dt = getattr(motion, "samples", None), getattr(motion, "dt", None)
     if samples is None or dt is None:
         raise SceneError(f"motion is {shortened(motion)}; give a sf.Signal or what sf.motions reads")

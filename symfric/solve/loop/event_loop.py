@@ -172,6 +172,9 @@ def _advance(w: LoopArrays, n_x: int, n_c: int, tau: float) -> None:
             w.scale[r] = max(w.scale[r], abs(w.c[r, 0]))
         else:
             w.scale[r] = max(w.scale[r], abs(w.c[r, 1]) * tau)
+    for k in range(w.openings.variable.size):  # a flight may begin and end on the floor, in one step
+        g = n_x + w.limits.first_opening + 2 * k
+        w.scale[g] = max(w.scale[g], abs(w.c[g, 1]) * tau)
     w.y[n_x], w.clock.t_low = summed(w.y[n_x], w.clock.t_low, tau)
     w.clock.h_last = max(tau, 0.1 * w.clock.h_last)
     w.counts.steps += 1

@@ -38,6 +38,7 @@ from symfric.solve.loop.workspace import LoopArrays
 _DEPENDENT = 1e-13  # pivot of the coupling, relative to its diagonal, below which a slip follows from others
 _SAME = 1e-9  # relative difference of accelerations up to which two modes are the same motion
 _LITTLE = 0.01  # flight of a contact that rocks, in tolerances of the natural time, that is negligible
+_INSTANTS = 128.0  # the same in rounding errors of the present time
 _ROUNDS = 8  # most repetitions because a kink was passed
 
 
@@ -72,12 +73,13 @@ def settle_openings(w: LoopArrays, starting: bool) -> int:
 def _dies_out(w: LoopArrays, n_x: int) -> bool:
     """Whether contacts that strike in turns, as of a block that rocks, leave each other for a negligible time."""
     struck, leaves = False, False
+    little = max(_LITTLE * w.clock.tolerance * natural_time(w), _INSTANTS * instant(w))
     for k in range(w.openings.variable.size):
         struck = struck or w.impacts.struck[k] != 0
         if w.impacts.touches[k] and w.impacts.rests[k] == 0:
             g = n_x + w.limits.first_opening + 2 * k
             v, a = told(w, AFTER, k), -2.0 * w.probe[g, 2]
-            if w.impacts.struck[k] or not 2.0 * v < a * _LITTLE * w.clock.tolerance * natural_time(w):
+            if w.impacts.struck[k] or not 2.0 * v < a * little:
                 return False
             leaves = True
     return struck and leaves
@@ -163,7 +165,7 @@ def _try_all(w: LoopArrays, n_x: int, n_c: int) -> int:
         _leave_dependents(w, n_c)
         prelude(w)
         probe(w)
-        if _is_right(w, n_x, n_c):
+        if _is_right(w, n_x, n_c) and _followers_stay(w, n_x, n_c):
             if best >= 0 and not _same_closed(w) and not _same_motion(w, n_q):
                 return PAINLEVE
             if sticking > best:
@@ -275,6 +277,27 @@ def _is_right(w: LoopArrays, n_x: int, n_c: int) -> bool:
             if not stays(a, b, c, no_acceleration(w, i, b), time, now):
                 return False
     return True
+
+
+@compiled
+def _followers_stay(w: LoopArrays, n_x: int, n_c: int) -> bool:
+    """Whether slips that are zero because they follow from others stay so: the gap they follow from may move."""
+    time, now, probed, stay = natural_time(w), instant(w), False, True
+    for i in range(n_c):
+        if w.m[i] != FOLLOWS:
+            continue
+        w.m[i] = 0.0  # its friction does not change the motion that the others determine
+        prelude(w)
+        probe(w)
+        w.m[i] = FOLLOWS
+        g, probed = n_x + backward(i), True
+        a, b, c = w.probe[g, 1], 2.0 * w.probe[g, 2], 6.0 * w.probe[g, 3]
+        little = no_acceleration(w, i, b) + abs(b) * now
+        stay = stay and abs(a) <= little and abs(b) * time <= little and abs(c) * time * time <= little
+    if probed:
+        prelude(w)
+        probe(w)
+    return stay
 
 
 @compiled(inline=True)
