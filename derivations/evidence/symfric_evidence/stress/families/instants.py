@@ -12,8 +12,9 @@ import numpy as np
 import sympy as sp
 
 from symfric.model import laws
-from symfric.model.held import Held, Reset
+from symfric.model.held import Held
 from symfric.model.outputs import Trajectory
+from symfric.model.resets import Reset
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
 from symfric.model.system import Contact, System
