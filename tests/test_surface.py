@@ -4,6 +4,7 @@ Without contacts, without kinks, without parameters, with first-order states, wi
 """
 
 import inspect
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -71,8 +72,20 @@ RUBBING = {
     "belt and first order": scene(-X - Z / 10, BELT, {V: 0.2}, [Z], [U - Z]),
     "regularised": sf.scenes.mass_on_belt(v_b=0.2, horizon=40.0).regularised(1e-2),
 }
+PRESSED = sp.symbols("y v_y", real=True)
+OPENING = {
+    "stops": scene(-X - U / 10 + P * sp.cos(W * T), sf.stops(X, -1.2, 1.2, 0.7), {P: 1.0, W: 1.3}),
+    "stop and belt": scene(-X - U / 10, [*BELT, sf.Contact("stop", None, sf.Unilateral(2 - X, 0.5))], {V: 0.2}),
+    "belt pressed on": sf.Scene(
+        sf.System([X, PRESSED[0]], [U, PRESSED[1]], sp.eye(2), [-X, -1 - PRESSED[0] / 10]),
+        [sf.Contact("belt", slip=U - V, normal=sf.Unilateral(PRESSED[0], 0.3), law=CUBIC)],
+        {V: 0.2},
+        {X: 0.0, PRESSED[0]: 0.0, U: 0.0, PRESSED[1]: 0.0},
+        40.0,
+    ),
+}
 LARGE = {"twenty": twenty(), "twenty forced": twenty(forced=True), "twenty on a belt": twenty(BELT)}
-SCENES = {**SMOOTH, **KINKED, **RUBBING, **LARGE}
+SCENES = {**SMOOTH, **KINKED, **RUBBING, **OPENING, **LARGE}
 
 
 def name(s):
@@ -167,6 +180,57 @@ def test_a_right_answer_or_one_clear_line(of, ask):
         assert not any(word in line for word in ("casadi", "Traceback", "ufunc", "ndarray", "<class"))
     else:
         assert answer is not None
+
+
+GIVEN_LOADS = (
+    "export.stepper",
+    "equilibrium",
+    "stability",
+    "average",
+    "separate",
+    "hopf",
+    "theory.damper_loop",
+    "theory.root_locus",
+    "theory.symbolic_hurwitz",
+    *(f for f in CALLS if f.startswith("design.")),
+)
+EXCITED = ("poincare", "bifurcation_diagram", "frequency_response")
+
+
+@pytest.mark.parametrize("of", OPENING)
+@pytest.mark.parametrize("ask", CALLS)
+def test_contacts_that_open_are_taken_or_refused_in_one_line(of, ask):
+    """What rests on given normal loads refuses; runs and what stands on them answer, routes of their own kind apart."""
+    given = OPENING[of]
+    try:
+        answer = CALLS[ask](given)
+    except REFUSALS as refusal:
+        line = str(refusal)
+        assert "\n" not in line.strip()
+        assert not any(word in line for word in ("casadi", "CasADi", "Traceback", "<class"))
+        routes = ("simulate: exact", "simulate: integrators", "Scene")
+        assert ask in (*GIVEN_LOADS, *routes) or (ask in EXCITED and given is not OPENING["stops"])
+    else:
+        assert answer is not None
+        assert ask not in (*GIVEN_LOADS, "simulate: integrators", "Scene")
+
+
+@pytest.mark.parametrize(
+    ("ask", "opened"),
+    [
+        (lambda s: sf.design.quench(s, speeds=(0.1, 0.4), Omega=(20, 60), a=(0, 0.02)), {"a": 0.02, "Omega": 30.0}),
+        (lambda s: sf.design.damper(s, "beta", (0.0, 0.5), (0.1, 0.4)), {}),
+        (sf.theory.belt.onset_speed, {}),
+        (sf.theory.belt.stick_slip_amplitude, {}),
+        (sf.theory.belt.quench_intensity, {}),
+        (lambda s: sf.structures.onset(s, "v_b", (0.3, 0.6)), {}),
+    ],
+)
+def test_a_stop_that_is_added_is_not_overlooked(ask, opened):
+    belt = sf.scenes.mass_on_belt(v_b=0.2, **opened)
+    stop = sf.Contact("stop", slip=None, normal=sf.Unilateral(10 - belt.system.q[0]))
+    with pytest.raises(sf.SceneError):
+        ask(replace(belt, contacts=[*belt.contacts, stop]))
 
 
 @pytest.mark.parametrize("of", KINKED)

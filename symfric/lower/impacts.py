@@ -74,7 +74,8 @@ def impact_of(model: ContactDynamics) -> ca.Function | None:
     W = rows @ back
     n_f = len(lines)
     profile = model.vector([model.contacts[i].profile for i in lines])
-    mu = profile * _column([model.kinetic(i, ca.fabs(w[f])) for f, i in enumerate(lines)])
+    speed_before = [ca.if_else(w[f] < 0, -w[f], w[f]) for f in range(len(lines))]  # fabs has a sign as its derivative
+    mu = profile * _column([model.kinetic(i, speed_before[f]) for f, i in enumerate(lines)])
     mu_0, mu_s = (profile * (e[lines] if lines else ca.SX(0, 1)) for e in (model.at_rest, model.static))
 
     # for one contact alone: where its slip ends, and the rates of the gap by impulse before and behind that

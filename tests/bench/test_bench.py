@@ -94,7 +94,7 @@ def test_the_picture_and_the_numbers_are_written(result, folder):
 def test_an_unknown_problem_is_one_line(result):
     outcome = CliRunner().invoke(main, ["bench", "--problem", "Q1"])
     assert outcome.exit_code == 2
-    assert "no problem 'Q1'; known: P1, P10, P2" in outcome.output
+    assert "no problem 'Q1'; known: P1, P10, P11" in outcome.output
     with pytest.raises(Exception, match="no problem 'Q1'"):
         timing.measure(["Q1"])
 

@@ -115,7 +115,7 @@ def _milliseconds(seconds: float, stopped: bool) -> str:
 
 def published_table(rows: Sequence["PublishedDifference"]) -> "Table":
     """Return a rich Table: the largest difference of every signal from its published numbers."""
-    columns = ("model", "signal", "largest difference", "at t", "of")
+    columns = ("model", "signal", "difference", "at t", "of")
     result = _table("Modelica's friction examples against their published results", columns, ("model", "signal"))
     for row in rows:
         result.add_row(row.model, row.signal, f"{row.difference:.1e}", f"{row.time:g}", f"{row.size:.3g}")
@@ -127,6 +127,14 @@ def needs_table(title: str, needs: Sequence[Need], unit: str, scale: float) -> "
     result = _table(title, ("wanted", unit, "kB"), ("wanted",))
     for need in needs:
         result.add_row(need.wanted, f"{scale * need.seconds:.3g}", f"{need.kilobytes:.4g}")
+    return result
+
+
+def costs_table(title: str, costs: Sequence[Need]) -> "Table":
+    """Return a rich Table of CPU times in ms, and relative to the first."""
+    result = _table(title, ("what", "ms", "relative"), ("what",))
+    for cost in costs:
+        result.add_row(cost.wanted, f"{1e3 * cost.seconds:.3g}", f"{cost.seconds / costs[0].seconds:.2f}")
     return result
 
 

@@ -15,6 +15,8 @@ from symfric.model.outputs import End
 from symfric.model.scene import Scene
 from symfric_evidence.bench import larger
 from symfric_evidence.bench.forced import JointProblem
+from symfric_evidence.bench.friction_table import table_scene
+from symfric_evidence.bench.published import scene_of
 
 
 @dataclass(frozen=True)
@@ -234,6 +236,34 @@ def _larger(name: str, title: str, scene: Scene, reference: tuple[str, ...], eve
     return Problem(name, title, scene, reference, events, _MANY_DIGITS)
 
 
+_CLUTCH_AND_BRAKE = (
+    "54.55040699963789007551924",
+    "54.35441503378256831456503",
+    "101.5651910638544417522368",
+    "0",
+    "2.289871471109621919068794",
+    "2.289871471109621919068794",
+)
+_CLUTCHES = (
+    "7.486119099114310218531826",
+    "4.107137416329477623289851",
+    "2.710464436231380629755214",
+    "1.173743877600517535729779",
+    "3.247058272418795275756992",
+    "2.463187166649595355772884",
+    "2.463187166649595355772884",
+    "2.463187166649595355772884",
+)
+_TABLE = ("1.74729990830251717419588", "6.842712712106396638692532")
+
+
+def _on_table() -> Problem:
+    source = "closed form between the points of the table, see symfric_evidence.bench.friction_table"
+    return Problem(
+        "P13", "mass on a friction table of 50 points", table_scene().wanting({"end": End()}), _TABLE, 3, source
+    )
+
+
 _MAKERS: dict[str, Callable[[], Problem]] = {
     "P1": _settling,
     "P2": lambda: _belt(
@@ -261,6 +291,17 @@ _MAKERS: dict[str, Callable[[], Problem]] = {
     "P8": lambda: _larger("P8", "two slides in friction", larger.slides(), _SLIDES, 11),
     "P9": lambda: _larger("P9", "mass on a belt with bristles (LuGre)", larger.bristles(), _BRISTLES, None),
     "P10": _joint,
+    "P11": lambda: _larger(
+        "P11",
+        "drive train with clutch and brake",
+        scene_of("clutch_and_brake").wanting({"end": End()}),
+        _CLUTCH_AND_BRAKE,
+        6,
+    ),
+    "P12": lambda: _larger(
+        "P12", "three coupled clutches", scene_of("coupled_clutches").wanting({"end": End()}), _CLUTCHES, 7
+    ),
+    "P13": _on_table,
 }
 NAMES = tuple(_MAKERS)
 
@@ -273,7 +314,8 @@ def named(name: str) -> Problem:
     -----
     P1 and P2 have many sticks, P3 crosses without sticking, P4 is P2 made continuous: stiff, and 4e-4 away from it. P5
     is P2 at many speeds, some of which only graze. P6 to P9 are in `symfric_evidence.bench.larger`, P10 in
-    `symfric_evidence.bench.forced`.
+    `symfric_evidence.bench.forced`; P11 to P13 are friction examples of Modelica, see
+    `symfric_evidence.bench.published`.
     """
     return _MAKERS[name]()
 

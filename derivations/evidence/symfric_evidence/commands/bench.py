@@ -98,11 +98,13 @@ def _published(folder: Path | None, as_json: bool, tell: Callable[[str], None]) 
 def _growth(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> None:
     from rich.console import Console
 
-    from symfric_evidence.bench import ensembles, needs, scaling
-    from symfric_evidence.bench.picture import cases_table, growth_table, needs_table
+    from symfric_evidence.bench import ensembles, known_times, needs, scaling
+    from symfric_evidence.bench.picture import cases_table, costs_table, growth_table, needs_table
 
     tell("what is wanted")
     measured = needs.needs()
+    tell("events at known times, and tables")
+    instants, tables = known_times.instant_costs(), known_times.table_costs()
     tell("new processes")
     processes = needs.starts()
     grown = scaling.growth(tell)
@@ -112,6 +114,8 @@ def _growth(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> 
         "cases": [c.to_dict() for c in cases],
         "wanted": [asdict(n) for n in measured],
         "processes": [asdict(n) for n in processes],
+        "known_times": [asdict(n) for n in instants],
+        "tables": [asdict(n) for n in tables],
     }
     if folder is not None:
         write_results({folder / "scaling.json": json.dumps(plain, indent=2)})
@@ -119,6 +123,8 @@ def _growth(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> 
         print_json(plain)
         return
     Console().print(needs_table("One motion, P2, with more and more wanted", measured, "ms", 1e3))
+    Console().print(costs_table("One motion, P2, with events at known times", instants))
+    Console().print(costs_table("First call of a mass on a belt", tables))
     Console().print(needs_table("A new process", processes, "s", 1.0))
     Console().print(cases_table(cases))
     Console().print(growth_table(grown))

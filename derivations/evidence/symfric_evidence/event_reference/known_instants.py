@@ -96,7 +96,7 @@ class SteppedSystem:
         Raises
         ------
         NoAnswer
-            If a step fails, or modes change too often.
+            If a step fails, forces are not finite, or modes change too often.
         """
         y, memory, horizon = np.array(start, dtype=float), dict(self.memory), times[-1]
         near = _TOGETHER * horizon
@@ -162,6 +162,8 @@ class SteppedSystem:
 
         def rate(time: float, x: State) -> np.ndarray:
             f = self.force(x, time, piece, memory)
+            if not np.all(np.isfinite(f)):  # SciPy would look for a step length without end
+                raise NoAnswer(f"forces are not finite at t = {time:g}")
             total = f.copy()
             for c, m in zip(self.contacts, modes, strict=True):
                 w = float(c.row @ x[n:]) - c.belt(piece)

@@ -249,7 +249,12 @@ class Choice:
         return ROUNDING * self._scales[self.m.e.n + self.m.e.n_c :]
 
     def _spared(
-        self, t: float, y: np.ndarray, at_zero: Sequence[bool], slips: Sequence[float], signs: Sequence[int]
+        self,
+        t: float,
+        y: np.ndarray,
+        at_zero: Sequence[bool],
+        slips: Sequence[float] | np.ndarray,
+        signs: Sequence[int],
     ) -> list[int]:
         """Return the contacts within their bounds where those that stick, and share what they hold, reach the limit.
 

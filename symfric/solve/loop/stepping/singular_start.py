@@ -14,7 +14,7 @@ from symfric.codegen.numba_types import compiled
 from symfric.solve.loop.codes import EXPAND, NOT_FINITE, OK, PULL, SETTLE, TERMS
 from symfric.solve.loop.modes.layout import backward, way
 from symfric.solve.loop.modes.tolerances import natural_time
-from symfric.solve.loop.precision import TIE
+from symfric.solve.loop.precision import ROUNDING, TIE
 from symfric.solve.loop.recording.trajectory import store_step
 from symfric.solve.loop.stepping.calls import expand
 from symfric.solve.loop.workspace import LoopArrays
@@ -27,7 +27,12 @@ NEGLIGIBLE = 1e-9  # displacement by a curvature in that time, relative to a sta
 
 @compiled
 def start_singular(w: LoopArrays, n_x: int, n_c: int) -> int:
-    """Step over a singular start from ``w.y``; the rate there is in ``w.c`` or, if undefined, in ``w.step.base``."""
+    """Step over a singular start from ``w.y``; the rate there is in ``w.c`` or, if undefined, in ``w.step.base``.
+
+    A slip that has fallen to zero up to rounding has arrived there, although its series overflows before.
+    """
+    if _arrives(w, n_x, n_c):
+        return OK
     w.counts.stall += 1
     begins = False
     for g in range(w.guards.fresh.size):
@@ -104,6 +109,22 @@ def arrives(w: LoopArrays, n_x: int, n_c: int) -> bool:
         w.guards.hit[g], w.guards.fresh[g] = g == hit, 0
     w.counts.phase = SETTLE
     return True
+
+
+@compiled
+def _arrives(w: LoopArrays, n_x: int, n_c: int) -> bool:
+    """Mark the slips that fall and are zero up to rounding as hit; return whether there are any."""
+    found = False
+    for g in range(w.guards.hit.size):
+        w.guards.hit[g] = 0
+    for i in range(n_c):
+        row = n_x + backward(i)
+        if w.m[i] < 0.5 and not w.guards.fresh[backward(i)] and w.c[row, 0] <= ROUNDING * w.scale[row]:
+            w.guards.hit[backward(i)] = w.c[row, 1] < 0.0
+            found = found or w.c[row, 1] < 0.0
+    if found:
+        w.counts.phase = SETTLE
+    return found
 
 
 @compiled

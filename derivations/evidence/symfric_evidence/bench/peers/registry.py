@@ -170,6 +170,7 @@ _CONTINUOUS = ("P4", "P9")
 _MANY = ("P6", "P7", "P8")
 _STICKING = (*_EXACT_LAW, *_MANY)
 _ALL = (*_EXACT_LAW, *_CONTINUOUS, "P5", *_MANY)
+_MODELICA = ("P11", "P12", "P13")
 _FINE = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 _HARMONIC = tuple(pyharm_peer.HARMONICS)
 _SLOW = (1e-6, 1e-8, 1e-10, 1e-12)
@@ -179,7 +180,7 @@ def peers() -> dict[str, Peer]:
     """Return every solver by name, installed or not."""
     scipy, casadi = scipy_peer.WORKAROUNDS, casadi_peer.WORKAROUNDS
     every = [
-        Peer("symfric", _prepare_default, (*_ALL, "P10"), _FINE, own=True),
+        Peer("symfric", _prepare_default, (*_ALL, "P10", *_MODELICA), _FINE, own=True),
         Peer("symfric taylor", _prepare_series, ("P1", *_MANY), _FINE, own=True),
         Peer("symfric one by one", _one_by_one, ("P5",), _FINE, own=True),
         Peer("symfric integrators", _prepare_integrators, (*_STICKING, *_CONTINUOUS), _SLOW, own=True),

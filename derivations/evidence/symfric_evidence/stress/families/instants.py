@@ -5,7 +5,7 @@ Every structure is a scene and, for the same numbers, a system of the foreign re
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -87,7 +87,7 @@ class InstantsStructure(RandomStructure):
             period = v["T"]
             pulse_steps = [k * period + s for k in range(int(_HORIZON / period) + 1) for s in (0.0, _SHARE * period)]
 
-        def force(y: np.ndarray, t: float, piece: float, memory: dict[str, float]) -> np.ndarray:
+        def force(y: np.ndarray, t: float, piece: float, memory: Mapping[str, float]) -> np.ndarray:
             x, u = y[:n], y[n:]
             f = np.array([-v[f"k{i + 1}"] * x[i] - v[f"d{i + 1}"] * u[i] - v["h"] * x[i] ** 3 for i in range(n)])
             if n > 1:
@@ -161,7 +161,8 @@ def instants(rng: np.random.Generator) -> InstantsStructure:
         load = N * (1 + (_stairs("g", counts["g"], ranges, (-0.45, 1.5)) if i == 0 else 0))
         slip = (u[1] - u[0] if joint else u[i]) - belt
         contacts.append(Contact(f"c{i + 1}", slip, load, _law(kind, mu, mu * (1 + r), w)))
-    controller, held = None, ()
+    controller: _Controller | None = None
+    held: tuple[Held, ...] = ()
     if rng.random() < 0.6:
         every = round(float(rng.uniform(0.05, 0.6)), 3)
         offset = 0.0 if rng.random() < 0.4 else round(float(rng.uniform(0.01, 0.3)), 3)
@@ -191,7 +192,8 @@ def _structure(
     states = {s.name for s in (*q, *u)}
     system = System(q, u, sp.eye(len(q)).tolist(), forces)
     used = set().union(*(e.free_symbols for e in system.expressions), *(c.free_symbols for c in contacts))
-    used = used.union(*(e.free_symbols for part in (*held, *resets) for e in part.expressions))
+    timed: list[Held | Reset] = [*held, *resets]
+    used = used.union(*(e.free_symbols for part in timed for e in part.expressions))
     names = {s.name for s in used}
     values = {n: 0.5 * (low + high) for n, (low, high) in ranges.items() if n in names - states}
     start = dict.fromkeys((*q, *u), 0.1)

@@ -1,0 +1,48 @@
+"""Random scenes of contacts that open against a simulator that shares nothing with the package."""
+
+import zlib
+from functools import cache
+
+import numpy as np
+import pytest
+
+import symfric as sf
+from tests.impacts.impact_reference import Simulator
+from tests.impacts.impact_scenes import MAKERS
+
+APART = 1e-6  # largest difference of the final states; many impacts magnify what the tolerances leave
+
+
+def drawn(structure, seed):
+    """Return random values and a start of a structure."""
+    values, start = structure.draw(np.random.default_rng([zlib.crc32(structure.name.encode()), seed]))
+    return {name: float(e) for name, e in values.items()}, [float(e) for e in start]
+
+
+@cache
+def prepared(make):
+    structure = make()
+    return structure, sf.prepare(structure.scene(*drawn(structure, 0)), tolerance=1e-11)
+
+
+def compare(make, seed):
+    structure, program = prepared(make)
+    values, start = drawn(structure, seed)
+    names = [s.name for s in (*structure.bodies.q, *structure.bodies.u)]
+    run = program.run(values=values, initial=dict(zip(names, start, strict=True))).checked()
+    motion = Simulator(structure.equations, structure.numbers(values)).run(start, structure.horizon)
+    assert not motion.reason
+    assert np.max(np.abs(run.final - motion.final) / (1 + np.abs(motion.final))) < APART
+
+
+@pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)
+def test_motions_agree(make):
+    for seed in range(4):
+        compare(make, seed)
+
+
+@pytest.mark.long(beside="test_motions_agree")
+@pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)
+def test_more_motions_agree(make):
+    for seed in range(4, 130):
+        compare(make, seed)
