@@ -169,6 +169,14 @@ class Body:
         Returns
         -------
         tuple of Expr
+
+        Examples
+        --------
+        >>> import sympy as sp
+        >>> import symfric as sf
+        >>> q, w = sp.symbols("theta omega", real=True)
+        >>> sf.mechanics.Body(0, 0, q, q=[q], u=[w]).direction(1, 0)
+        (cos(theta), sin(theta))
         """
         a, b = expression(a, "a of a direction"), expression(b, "b of a direction")
         c, s = sp.cos(self.theta), sp.sin(self.theta)

@@ -407,6 +407,15 @@ class Contact:
         Returns
         -------
         Contact
+
+        Examples
+        --------
+        >>> import sympy as sp
+        >>> import symfric as sf
+        >>> u, v_b = sp.symbols("u v_b", real=True)
+        >>> belt = sf.Contact("belt", u - v_b, 1, sf.laws.coulomb(0.3))
+        >>> belt.rewritten(lambda e: e.subs(v_b, 2)).slip
+        u - 2
         """
         u = self.unilateral
         return replace(

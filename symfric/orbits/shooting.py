@@ -235,6 +235,8 @@ def step_of(
         row = normal * size
         length = float(np.linalg.norm(row))
         A, rest = np.vstack([A, row / length]), np.append(rest, along / length)
+    if not (np.all(np.isfinite(A)) and np.all(np.isfinite(rest))):
+        raise NotFound("the orbit has no derivatives: it grazes, or a law with an infinite slope comes to rest on it")
     try:
         step = np.linalg.solve(A, rest)
     except np.linalg.LinAlgError:  # singular, or fewer equations than unknowns

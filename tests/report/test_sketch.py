@@ -15,6 +15,12 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 COULOMB = sf.laws.coulomb(0.3)
 NARROW = 368  # pixels of a figure on a screen of 400
 READY = {
+    "impact_oscillator": lambda: sf.scenes.impact_oscillator(e=0.7, zeta=0.05, Omega=2.2),
+    "cam_follower": lambda: sf.scenes.cam_follower(m=0.5, k=400.0, preload=0.02, h=0.01, Omega=56.0),
+    "vibratory_conveyor": lambda: sf.scenes.vibratory_conveyor(mu=0.4, a=0.002, Omega=60.0, beta=0.5),
+    "rocking_block": lambda: sf.scenes.rocking_block(R=1.0, alpha=0.25, theta0=0.1),
+    "brake_pad": lambda: sf.scenes.brake_pad(v_b=0.2),
+    "mass_with_stops": lambda: sf.scenes.mass_with_stops(),
     "mass_on_belt": lambda: sf.scenes.mass_on_belt(v_b=0.2, a=0.01, Omega=50.0),
     "wavy_belt": lambda: sf.scenes.wavy_belt(v_b=0.2, F=0.1, k=3.0),
     "coulomb_oscillator": lambda: sf.scenes.coulomb_oscillator(0.1),

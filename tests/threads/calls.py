@@ -94,6 +94,18 @@ MODEL = {
     "stored_energy": lambda k: sf.stored_energy("belt"),
     "dissipated_power": lambda k: sf.dissipated_power("belt"),
     "slip": lambda k: sf.slip("belt"),
+    "normal_force": lambda k: sf.normal_force("floor"),
+    "stops": lambda k: str(sf.stops(X, -1.0 - k, 1.0, 0.5)),
+    "mechanics.against_line": lambda k: str(sf.mechanics.against_line(sf.mechanics.Point(X, k, q=[X], u=[U]))),
+    "mechanics.against_circle": lambda k: str(
+        sf.mechanics.against_circle(sf.mechanics.Point(X, 0, q=[X], u=[U]), (3, k), 1)
+    ),
+    "scenes.brake_pad": lambda k: str(sf.scenes.brake_pad(v_b=0.2 + 0.1 * k)),
+    "scenes.mass_with_stops": lambda k: str(sf.scenes.mass_with_stops(v0=-5.0 + k)),
+    "scenes.impact_oscillator": lambda k: str(sf.scenes.impact_oscillator(e=0.7, zeta=0.05, Omega=2.2 + 0.1 * k)),
+    "scenes.cam_follower": lambda k: str(sf.scenes.cam_follower(m=0.5, k=400.0, preload=0.02, h=0.01, Omega=56.0 + k)),
+    "scenes.vibratory_conveyor": lambda k: str(sf.scenes.vibratory_conveyor(mu=0.4, a=0.002, Omega=60.0 + k, beta=0.5)),
+    "scenes.rocking_block": lambda k: str(sf.scenes.rocking_block(R=1.0, alpha=0.25, theta0=0.1 + 0.01 * k)),
     "mechanics.lagrange": lagrange,
     "patched_floor": lambda k: sf.patched_floor(4.0, 9, 0.01, 0.002, seed=k),
     "control.pid": lambda k: str(sf.control.pid(X, 0, 1 + k, 1, 0.5, every=0.1, limits=(-1, 1))),

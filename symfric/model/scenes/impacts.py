@@ -265,6 +265,11 @@ def brake_pad(
     Scene
         With the outputs `least_force` and `largest_force`, of the normal force.
 
+    Raises
+    ------
+    SceneError
+        If a number is out of range.
+
     Notes
     -----
     :math:`m x'' = -k x - k_t y - c x' + F`, :math:`m y'' = -k_t x - k_n y - c_n y' - N + \lambda`. While the pad is on
@@ -345,6 +350,11 @@ def mass_with_stops(
     Returns
     -------
     Scene
+
+    Raises
+    ------
+    SceneError
+        If a number is out of range.
 
     Notes
     -----

@@ -75,7 +75,7 @@ def rocking_block(
     Examples
     --------
     >>> import symfric as sf
-    >>> burst = sf.motions.sine_burst(4.0, 1.0, cycles=1)
+    >>> burst = sf.motions.sine_burst(3.0, 1.0)
     >>> block = sf.scenes.rocking_block(R=1.0, alpha=0.25, motion=burst)
     >>> 0.01 < sf.simulate(block)["largest_tilt"] < 0.25
     True
