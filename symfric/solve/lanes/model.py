@@ -46,7 +46,7 @@ def _written_by() -> str:
 
 
 def plan_of(model: CompiledModel, automaton: Automaton, variants: Sequence[Series], horizon: float) -> Plan | None:
-    """Return how a scene runs in lanes; None if it does not: one with long equations, or with derivatives of turns."""
+    """Return how a scene runs in lanes; None if it does not, as with long equations or a wanted part of the run."""
     rows, layout, clock, exact = model.wanted.rows, automaton.layout, model.first.clock, model.first.limits.exact
     if not all(isinstance(v.series, ca.Function) and v.series.n_instructions() <= _LONGEST for v in variants):
         return None
@@ -54,7 +54,7 @@ def plan_of(model: CompiledModel, automaton: Automaton, variants: Sequence[Serie
         automaton.steps
         or layout.first_clock < layout.n_guards
         or layout.n_guards > _GUARDS
-        or any(r.kind not in CARRIED for r in rows)
+        or any(r.kind not in CARRIED or r.start > 0.0 for r in rows)
     ):
         return None
     alone = len(layout.lines) == 1 and layout.n_guards == LINE_GUARDS and not automaton.inputs
