@@ -15,7 +15,15 @@ def setup(app):
     app.connect("builder-inited", _make)
     app.connect("autodoc-process-docstring", names.explain_data)
     app.connect("autodoc-process-docstring", names.escape_bars)
+    app.connect("html-page-context", _levels, priority=900)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+def _levels(_app, _page, _template, context, _doctree) -> None:
+    """Give the captions of the navigation, which are headings to screen readers, their level."""
+    for name in ("furo_navigation_tree", "body"):
+        if context.get(name):
+            context[name] = context[name].replace('role="heading">', 'role="heading" aria-level="2">')
 
 
 def _make(app) -> None:

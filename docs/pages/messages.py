@@ -33,10 +33,10 @@ def write(folder: Path) -> None:
 def _status(status: Status) -> str:
     """Return the section of a status: meaning and cure, as a run and as a function that makes runs say them."""
     said = _SAID[status]
-    entries = "\n".join(f"single: {words.strip()} ; {status.name}" for words in said.split(","))
+    entries = "\n".join(f"```{{index}} single: {words.strip()}; {status.name}\n```\n" for words in said.split(","))
     meaning, _, cure = ADVICE[status].partition("; ")
     found = early_end("a motion", status).partition(": ")[2]
-    parts = [f"### {status.name}\n", f"```{{index}}\n{entries}\n```\n"]
+    parts = [f"### {status.name}\n", entries]
     if meaning:
         parts += [f"**Meaning**: {_sentence(meaning)}\n", f"**Cure**: {_sentence(cure or meaning)}\n"]
         parts += [f"Inside a function that makes its own runs: {_sentence(found)}\n"] if found != ADVICE[status] else []
