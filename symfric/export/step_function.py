@@ -25,6 +25,7 @@ from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.constant_parameters import averaged_over
 from symfric.model.scene import Scene
 from symfric.model.steps import jumps_in_time
+from symfric.model.system import refuse_planes
 
 OK, MANY_EVENTS, LOST_CONTACT, NOT_FINITE = 0, 1, 2, 3  # results of a step
 _FAR = 1e300  # beyond it a number is not finite
@@ -93,6 +94,7 @@ def _refuse(scene: Scene, automaton: Automaton) -> None:
         raise SceneError(
             f"contact {c.name!r} opens and strikes, which is not exported; leave it out, and give its load as an input"
         )
+    refuse_planes(scene.contacts, "an exported model")
     for c in scene.contacts:
         if c.law.steep:
             raise SceneError(

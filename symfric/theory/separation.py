@@ -13,7 +13,7 @@ from symfric.model.laws import Law
 from symfric.model.outputs import OutputOfExpression
 from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import SPEED, TIME
-from symfric.model.system import Contact, System
+from symfric.model.system import Contact, System, refuse_planes
 
 _SIN, _COS = sp.Dummy("sin", real=True), sp.Dummy("cos", real=True)
 
@@ -66,6 +66,7 @@ def separate(scene: Scene) -> Scene:
     own = len(system.z) - system.made  # the scene takes the other rates from its contacts
     rates = [_mean(e, f"z_rate[{i}]", fast, system) for i, e in enumerate(system.z_rate[:own])]
     rates += system.z_rate[own:]
+    refuse_planes(scene.contacts, "direct separation of motions")
     contacts = tuple(_effective(c, fast, scene) for c in scene.contacts)
     start = dict(scene.initial)
     for i, (q, u) in enumerate(zip(system.q, system.u, strict=True)):

@@ -23,7 +23,7 @@ from symfric.model.excitation import is_excited
 from symfric.model.laws.law import refuse_memory
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
-from symfric.model.system import Contact
+from symfric.model.system import Contact, refuse_planes
 
 FIRST, LAST = 3, 7  # collocation points in an element: while modes are unknown, and with fixed modes
 SLIDE = 1e-6  # slip relative to the largest one below which an element sticks
@@ -66,6 +66,7 @@ def dynamics(scene: Scene, controls: Sequence[sp.Symbol], cost: sp.Expr | None) 
     numbers = scene.where(dict.fromkeys(controls, 0.0)).numbers()
     if is_excited(scene, frozenset(s.name for s in controls)):
         raise SceneError("the scene depends on time or on a sampled input; optimal control takes what is autonomous")
+    refuse_planes(scene.contacts, "optimal control")
     for contact in scene.contacts:
         _check_law(contact, numbers)
     w = ca.SX.sym("w", len(controls))

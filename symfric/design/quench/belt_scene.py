@@ -16,6 +16,7 @@ from symfric.model.laws import Law
 from symfric.model.outputs import End
 from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import TIME, name_of
+from symfric.model.system import refuse_planes
 from symfric.theory.separation import separate
 
 Given: TypeAlias = Mapping[sp.Symbol, Any]  # value of each parameter that is not designed
@@ -168,6 +169,7 @@ def _check_shape(scene: Scene) -> None:
                 "sf.scenes.mass_on_belt has them"
             )
     (u,), v_b = system.u, scene.parameter(SPEED_NAME)
+    refuse_planes(scene.contacts, "quench")
     for contact in scene.contacts:
         if sp.expand(contact.slip - (u - v_b)) != 0 and sp.expand(contact.slip + (u - v_b)) != 0:
             raise SceneError(

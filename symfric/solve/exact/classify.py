@@ -70,6 +70,8 @@ def form_of(lowered: LoweredScene) -> Form:
     if scene.clocks:
         raise NoRoute("held variables and resets are for the route 'taylor'")
     for contact in scene.contacts:
+        if contact.in_plane:
+            raise NoRoute(f"contact {contact.name!r} slides in the plane")
         try:
             lines_of(contact.law)
         except NoRoute as reason:

@@ -54,6 +54,8 @@ def _jumping(automaton: Automaton, plugin: str | None, scene: Scene) -> str:
         return "held variables and resets are for the route 'taylor'"
     for c in scene.contacts_that_open:
         return f"contact {c.name!r} opens and strikes, which only the event loop takes"
+    if automaton.planes:
+        return "a contact slides in the plane, which only the event loop takes"
     if automaton.steps and plugin not in ONE_STEP and any(map(jumps_in_time, scene.system.expressions)):
         return f"a force steps in time, over which {plugin} steps without an event"
     held = {s for s, signal in scene.inputs.items() if signal.hold}

@@ -52,6 +52,7 @@ def plan_of(model: CompiledModel, automaton: Automaton, variants: Sequence[Serie
         return None
     if (
         automaton.steps
+        or automaton.planes
         or layout.first_clock < layout.n_guards
         or layout.n_guards > _GUARDS
         or any(r.kind not in CARRIED for r in rows)

@@ -19,7 +19,7 @@ from symfric.lower.mode_layout import backward, contact_of, forward
 from symfric.solve.integrators.modes.forces_at_rest import Rest
 
 _MOST_TRIALS = 20_000
-_FORCES, _SPREAD = 5, 7  # outputs of the gauge function
+_FORCES, _SPREAD, _EDGES = 5, 7, 9  # outputs of the gauge function
 ROUNDING = 64 * 2.0**-52  # rounding error of a sum of a few terms, relative to their magnitudes
 _FAR = 100  # largest correction of the state, in units of the zero of a slip
 _HIT = 1e-6  # relative distance from a bound within which a force has reached it
@@ -253,7 +253,7 @@ def _with_edges(rule: Rule, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarra
     rested, m = np.abs(m[entries]) == ON_EDGE, m.copy()
     m[entries] = ON_EDGE
     guards, first, second = (numbers(e)[edges] / ON_EDGE for e in rule.look(y, t, p, m))
-    place, rate, force = np.split(numbers(automaton.gauge(np.maximum(rule.farthest, np.abs(y)), t, p)[-1]), 3)
+    place, rate, force = np.split(numbers(automaton.gauge(np.maximum(rule.farthest, np.abs(y)), t, p)[_EDGES]), 3)
     drift = rested * force * t
     zero = np.isin(edges, list(hit)) | (np.abs(guards) <= rule.zero * np.maximum(place, drift * t))
     still = zero & (np.abs(first) <= rule.zero * np.maximum(rate, drift))
