@@ -143,7 +143,8 @@ class Walk:
             crosses = not passes and branch_points.orientations_differ(point, way, new, ahead, size)
             there = branch_points.located(self._system, point, new, size) if crosses else None
             turns = way[-1] * ahead[-1] < 0
-            hidden = turns and not there and self._located("fold", point, new) is None
+            fold = self._located("fold", point, new) if turns and not there else None
+            hidden = turns and not there and fold is None
             if (step > _LEAST and (hidden or (crosses and there is None))) or (there and turns and step > _APART):
                 step *= 0.4
                 continue
@@ -151,7 +152,7 @@ class Walk:
                 return point, way, step
             if there:
                 half.special.append(self._met(branch_points.KIND, there, point, new))
-            self._note_smooth(half, point, new, turns and not there)
+            self._note_smooth(half, point, new, fold or (point if hidden else None))
             return new, ahead, min(1.5 * step, _LARGEST)
 
     def _beyond(self, half: Found, corner: Corner, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray, float]:
@@ -205,14 +206,17 @@ class Walk:
         along = tuple((other.z - one.z).tolist()) if kind in (branch_points.KIND, "flip") else ()
         return Met(Condition(kind, along=along), Placed(self._system, there), float(there.z[-1]))
 
-    def _note_smooth(self, half: Found, one: Point, other: Point, turns: bool) -> None:
-        """Record folds, flips and Neimark-Sacker points between two orbits of one smooth piece."""
+    def _note_smooth(self, half: Found, one: Point, other: Point, fold: Point | None) -> None:
+        """Record the fold, if there is one, flips and Neimark-Sacker points between two orbits of one smooth piece."""
         free = self._system.free
         for kind, test in SMOOTH.items():
-            met = turns if kind == "fold" else np.prod([test(p.passage, free) for p in (one, other)]) < 0
-            if not met or (kind == "neimark-sacker" and not is_pair(other.passage, free)):
-                continue
-            half.special.append(self._met(kind, self._located(kind, one, other) or one, one, other))
+            there = fold
+            if kind != "fold":
+                met = bool(np.prod([test(p.passage, free) for p in (one, other)]) < 0)
+                met = met and (kind != "neimark-sacker" or is_pair(other.passage, free))
+                there = (self._located(kind, one, other) or one) if met else None
+            if there is not None:
+                half.special.append(self._met(kind, there, one, other))
 
     def _located(self, kind: str, one: Point, other: Point) -> Point | None:
         """Return the point of a kind between two orbits; None if its test function keeps its sign and is not zero."""

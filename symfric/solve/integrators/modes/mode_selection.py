@@ -141,6 +141,9 @@ def next_mode(
         if _nearly(rule, y, t, p, sorted([*still, i])):
             still = sorted([*still, i])
     _project(rule, y, t, p, still)
+    slip = numbers(automaton.gauge(y, t, p)[0])  # those that follow from slips at zero are zero too
+    followers = {i for i in range(n_c) if abs(slip[i]) <= ROUNDING * scale[i] and (i in slow or automaton.sticks[i])}
+    still = sorted({*still, *followers})
     before = tuple(i for i in still if m[i] and not hit & {backward(i), forward(i)})
     m = m.copy()
     for j in (j for j in range(layout.switches) if layout.switch(j) in hit):
@@ -167,8 +170,8 @@ def next_mode(
     selected = next((mode for mode in map(completed, likely) if mode is not None), None)
     if selected is not None:
         for i in sorted((i for i in still if automaton.sticks[i]), key=lambda i: (i not in before, -pull[i])):
-            if not selected[i] and (more := completed(_at_rest(automaton, selected, [i]))) is not None:
-                selected = more
+            more = None if selected[i] else completed(here.with_followers(_at_rest(automaton, selected, [i]), still))
+            selected = selected if more is None else more
         return selected
     ordered = sorted(still, key=partial(_room, here.guards(here.marked(rest))))
     trials = itertools.islice(_trials(automaton, rest, ordered), _MOST_TRIALS)
