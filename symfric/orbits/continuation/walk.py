@@ -147,11 +147,7 @@ class Walk:
             crosses = not passes and branch_points.orientations_differ(point, way, new, ahead, size)
             there = branch_points.located(self._system, point, new, size) if crosses else None
             turns = way[-1] * ahead[-1] < 0
-<<<<<<< HEAD
             fold = self._fold(point, new) if turns and not there else None
-=======
-            fold = self._located("fold", point, new) if turns and not there else None
->>>>>>> main
             hidden = turns and not there and fold is None
             if (step > _LEAST and (hidden or (crosses and there is None))) or (there and turns and step > _APART):
                 step *= 0.4
@@ -160,13 +156,9 @@ class Walk:
                 return point, way, step
             if there:
                 half.special.append(self._met(branch_points.KIND, there, point, new))
-<<<<<<< HEAD
             if turns and not there:
                 half.special.append(self._met("fold", fold or point, point, new))
             self._note_smooth(half, point, new)
-=======
-            self._note_smooth(half, point, new, fold or (point if hidden else None))
->>>>>>> main
             return new, ahead, min(1.5 * step, _LARGEST)
 
     def _beyond(self, half: Found, corner: Corner, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray, float]:
@@ -220,7 +212,6 @@ class Walk:
         along = tuple((other.z - one.z).tolist()) if kind in (branch_points.KIND, "flip") else ()
         return Met(Condition(kind, along=along), Placed(self._system, there), float(there.z[-1]))
 
-<<<<<<< HEAD
     def _note_smooth(self, half: Found, one: Point, other: Point) -> None:
         """Record flips and Neimark-Sacker points between two orbits of one smooth piece."""
         free = self._system.free
@@ -229,19 +220,6 @@ class Walk:
             if not met or (kind == "neimark-sacker" and not is_pair(other.passage, free)):
                 continue
             half.special.append(self._met(kind, self._located(kind, one, other) or one, one, other))
-=======
-    def _note_smooth(self, half: Found, one: Point, other: Point, fold: Point | None) -> None:
-        """Record the fold, if there is one, flips and Neimark-Sacker points between two orbits of one smooth piece."""
-        free = self._system.free
-        for kind, test in SMOOTH.items():
-            there = fold
-            if kind != "fold":
-                met = bool(np.prod([test(p.passage, free) for p in (one, other)]) < 0)
-                met = met and (kind != "neimark-sacker" or is_pair(other.passage, free))
-                there = (self._located(kind, one, other) or one) if met else None
-            if there is not None:
-                half.special.append(self._met(kind, there, one, other))
->>>>>>> main
 
     def _fold(self, one: Point, other: Point) -> Point | None:
         """Return the point between two orbits where the parameter turns; None if it is not found.
