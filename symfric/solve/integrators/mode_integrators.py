@@ -54,6 +54,7 @@ class ModeIntegrators:
         self.local = max(_SAFETY[self.plugin] * tolerance, FINEST if self.stretch is None else _LOGARITHMIC)
         self.in_pieces = self.plugin in ONE_STEP
         self.n_x, self.n_guards = len(automaton.states), automaton.layout.n_guards
+        self._watched = automaton.layout.first_clock  # the end of a piece is no later than the next clock
         self._n_c = len(automaton.contacts)
         self._field, self._n_integrals, self._horizon = stretched(field, self.stretch), n_integrals, horizon
         self._nodes = node_function(self._field, n_integrals)
@@ -320,7 +321,8 @@ class ModeIntegrators:
         allowed = _DENSE * self.tolerance * np.max(np.abs(values[0]), axis=1) + 10 * noise
         excess = np.max(error / np.maximum(allowed, 1e-300), initial=0.0)  # an observable may be zero throughout
         # twice the noise, and twice the error of the quintics through all nodes; see `middle_errors`
-        below = (2 * noise + error / 32)[n : n + self.n_guards] + self._rounding(t, rows, start.m)
+        rounding = self._rounding(t, rows, start.m)[: self._watched]
+        below = (2 * noise + error / 32)[n : n + self._watched] + rounding
         return IntegratedPiece(t, state, first, second, tuple(rows), stop - start.t), float(excess), below
 
     def _rounding(self, t: np.ndarray, rows: list[np.ndarray], m: np.ndarray) -> np.ndarray:
@@ -342,7 +344,7 @@ class ModeIntegrators:
 
     def _cut(self, start: SegmentStart, piece: IntegratedPiece, below: np.ndarray) -> IntegratedPiece | None:
         """Return the piece up to the first guard that falls, integrated to that time again; None if that misses it."""
-        n = self.n_guards
+        n = self._watched
         value, slope, bend = (e[:n] for e in piece.rows)
         fall = first_fall(piece.t, value, slope, bend, below) if n else None
         if fall is None:

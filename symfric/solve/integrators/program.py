@@ -19,12 +19,14 @@ from symfric.solve.input_segments import segments
 from symfric.solve.integrators.implicit.implicit_pieces import ImplicitPieces
 from symfric.solve.integrators.implicit.stretch import stretch_of
 from symfric.solve.integrators.integrated_piece import SegmentStart
+from symfric.solve.integrators.known_instants import KnownInstants
 from symfric.solve.integrators.mode_functions import ONE_STEP, ModeEquations, signs_evaluated
 from symfric.solve.integrators.mode_integrators import FINEST, ModeIntegrators
 from symfric.solve.integrators.modes.mode_selection import (
     ROUNDING,
     NearlyParallel,
     make_rule,
+    moving,
     next_mode,
     numbers,
     starting_mode,
@@ -89,6 +91,7 @@ class IntegratorsProgram(Program):
         self._idle: deque[Flow] = deque([first], maxlen=_KEPT)  # an integrator can be used by one run at a time
         zero = max(1e-12, 10 * first.local)  # what the integrator's error leaves of a slip at an event
         self._rule = make_rule(self.automaton, zero, self.tolerance, scene.horizon, not one_step)
+        self._clocks = KnownInstants(self.automaton, scene.horizon)
 
     def _run(
         self, values: dict[Key, float], initial: dict[Key, float], progress: Callable[[float], None] | None
@@ -128,7 +131,7 @@ class IntegratorsProgram(Program):
                 motion.size = self._sizes(flow, motion, p, horizon)
             while motion.t < end and motion.status == Status.OK:
                 check_time()
-                self._integrate(flow, motion, p, end)
+                self._integrate(flow, motion, p, min(end, self._strike(motion, p)))
                 if progress is not None:
                     progress(motion.t / horizon)
             if motion.status != Status.OK:
@@ -153,7 +156,19 @@ class IntegratorsProgram(Program):
         flow.begin()
         return flow
 
-    def _select_mode(self, motion: Motion, p: np.ndarray, hit: frozenset[int], first: bool = False) -> None:
+    def _strike(self, motion: Motion, p: np.ndarray) -> float:
+        """Let clocks act whose instant is now; return the time of the next one, infinite without clocks."""
+        if not self._clocks.any:
+            return math.inf
+        hit = self._clocks.due(motion.y, motion.t, p, motion.m)
+        if np.any(hit):
+            self._transit(motion, p, hit)
+            self._select_mode(motion, p, frozenset(), jumped=True)
+        return self._clocks.next_time(motion.y, motion.t, p, motion.m)
+
+    def _select_mode(
+        self, motion: Motion, p: np.ndarray, hit: frozenset[int], first: bool = False, jumped: bool = False
+    ) -> None:
         """Select the mode at the current state, and log the change."""
         if not self._held:
             return
@@ -162,7 +177,8 @@ class IntegratorsProgram(Program):
             if first:
                 mode = starting_mode(rule, motion.y, motion.t, p)
             else:
-                mode = next_mode(rule, motion.y, motion.t, p, motion.m, hit)
+                before = moving(rule, motion.y, motion.t, p, motion.m) if jumped else motion.m
+                mode = next_mode(rule, motion.y, motion.t, p, before, hit)
         except NearlyParallel:
             motion.status = Status.INTEGRATOR
             return
@@ -178,6 +194,7 @@ class IntegratorsProgram(Program):
             return
         layout = self.automaton.layout
         before = layout.modes(motion.m)
+        first = first or not motion.counts["pieces"]  # what happens at the start completes the first mode
         motion.counts["kinks"] += int(np.sum(motion.m[layout.signs] * mode[layout.signs] < 0)) if not first else 0
         motion.counts["grazes"] += int(bool(hit) and np.array_equal(motion.m, mode))
         motion.m, after = mode, layout.modes(mode)
@@ -187,9 +204,10 @@ class IntegratorsProgram(Program):
 
     def _start_springs(self, motion: Motion, p: np.ndarray) -> None:
         """Complete the first mode of contacts behind springs, whose sliders stick unless they are at their limits."""
-        first = self.automaton.layout.first_other
-        guards, rates, _ = (numbers(e)[first:] for e in self._rule.look(motion.y, motion.t, p, motion.m))
+        layout = self.automaton.layout
+        guards, rates, _ = (numbers(e)[layout.first_other :] for e in self._rule.look(motion.y, motion.t, p, motion.m))
         fallen = (guards < 0) | ((guards == 0) & (rates < 0))
+        fallen[layout.first_clock - layout.first_other :] = False
         if np.any(fallen):
             self._transit(motion, p, fallen.astype(float))
 

@@ -106,6 +106,16 @@ def starting_mode(rule: Rule, y: np.ndarray, t: float, p: np.ndarray) -> np.ndar
     return next_mode(rule, y, t, p, m, frozenset())
 
 
+def moving(rule: Rule, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray) -> np.ndarray:
+    """Return a mode with the directions of all slips that are not zero, after the state has jumped."""
+    slip = numbers(rule.automaton.gauge(y, t, p)[0])
+    scale = numbers(rule.automaton.gauge(np.maximum(rule.farthest, np.abs(y)), t, p)[1])
+    m = m.copy()
+    for i in np.flatnonzero(np.abs(slip) > rule.zero * scale):
+        m[i], m[rule.automaton.layout.direction(int(i))] = 0.0, np.sign(slip[i])
+    return m
+
+
 def next_mode(
     rule: Rule, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray, hit: frozenset[int]
 ) -> np.ndarray | None:
