@@ -1,4 +1,7 @@
-"""Build the documentation as HTML: ``python -m docs``. Warnings are errors, and every page is executed."""
+"""Build the documentation as HTML: ``python -m docs``. Warnings are errors.
+
+Pages are executed where their text, or a source of the package, has changed.
+"""
 
 import argparse
 import os
@@ -13,7 +16,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m docs", description=__doc__)
     parser.add_argument("-o", "--out", type=Path, default=FOLDER / "_build" / "html", help="folder of the pages")
     parser.add_argument(
-        "--cached", action="store_true", help="execute only pages whose text changed, and keep pictures that exist"
+        "--fresh", action="store_true", help="execute every page, not only those whose text or sources changed"
     )
     arguments = parser.parse_args()
     from sphinx.cmd.build import main as sphinx
@@ -22,9 +25,9 @@ def main() -> int:
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [*map(str, own), os.environ.get("PYTHONPATH")]))
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # small matrices; more threads wait for each other where others work too
-    os.environ["SYMFRIC_DOCS_CACHED"] = "yes" if arguments.cached else ""
+    os.environ["SYMFRIC_DOCS_FRESH"] = "yes" if arguments.fresh else ""
     doctrees = str(arguments.out.parent / "doctrees")
-    fresh = [] if arguments.cached else ["-E", "-a"]
+    fresh = ["-E", "-a"] if arguments.fresh else []
     options = ["-W", "--keep-going", "-q", "-b", "html", "-d", doctrees, *fresh]
     status = sphinx([*options, str(FOLDER), str(arguments.out)])
     if status == 0:

@@ -8,6 +8,7 @@ FOLDER = Path(__file__).parent
 sys.path[:0] = [str(FOLDER.parent), str(FOLDER.parent / "derivations" / "evidence")]
 
 import symfric  # noqa: E402
+from docs.pages.kept import sources_key  # noqa: E402
 
 project = "symfric"
 author = "the symfric developers"
@@ -15,7 +16,9 @@ project_copyright = author
 version = release = symfric.__version__
 html_title = f"symfric {version}"
 
-extensions = ["sphinx.ext.autodoc", "numpydoc", "myst_nb", "docs.pages"]
+extensions = ["sphinx.ext.autodoc", "numpydoc", "myst_nb", "sphinx_copybutton", "docs.pages"]
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
 exclude_patterns = ["_build", "**.py", "**.in.md"]
 nitpicky = False
 default_role = "literal"  # docstrings write names in single backticks
@@ -28,8 +31,8 @@ numpydoc_attributes_as_param_list = True
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
-nb_execution_mode = "cache" if os.environ.get("SYMFRIC_DOCS_CACHED") else "force"
-nb_execution_cache_path = str(FOLDER / "_build" / "jupyter")
+nb_execution_mode = "force" if os.environ.get("SYMFRIC_DOCS_FRESH") else "cache"
+nb_execution_cache_path = str(FOLDER / "_build" / "jupyter" / sources_key())
 nb_execution_in_temp = True
 nb_execution_timeout = 300
 nb_execution_raise_on_error = True

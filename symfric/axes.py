@@ -47,6 +47,7 @@ def new_axes(**options: Any) -> Axes:
     **options
         For the figure, such as ``layout``.
     """
+    options = {"layout": "constrained", **options}  # labels and legends lie within the figure
     if threading.current_thread() is threading.main_thread():
         import matplotlib.pyplot as plt
 

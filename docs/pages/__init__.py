@@ -5,7 +5,7 @@ A Sphinx extension. Pages are written before Sphinx looks for its sources; they 
 
 from pathlib import Path
 
-from docs.pages import commands, figures, gallery, keys, mathml, names, numbers
+from docs.pages import commands, figures, gallery, keys, ledger, mathml, messages, names, numbers
 
 
 def setup(app):
@@ -25,3 +25,5 @@ def _make(app) -> None:
     commands.write(source / "reference")
     gallery.write(source / "gallery")
     figures.write(source / "figures")
+    ledger.write(source / "ledger")
+    messages.write(source / "reference")

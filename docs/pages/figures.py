@@ -1,7 +1,5 @@
 """The reproduced figures and tables of the sources, with what each source claims and what was found."""
 
-import json
-import os
 from collections import Counter
 from dataclasses import asdict
 from pathlib import Path
@@ -9,6 +7,7 @@ from pathlib import Path
 import matplotlib
 
 from docs.pages.files import put
+from docs.pages.kept import kept
 from symfric.report.study.data import plain
 from symfric.report.study.drawing.axes import png
 from symfric_evidence.sources.gallery import VERDICTS
@@ -17,9 +16,12 @@ from symfric_evidence.sources.reproduction import NOT_MADE, reproductions
 
 
 def write(folder: Path) -> None:
-    """Compute all figures, except those that exist if cached ones are asked for, and write a page for each source."""
+    """Compute the figures whose sources have changed, and write a page for each source."""
     matplotlib.use("Agg")
-    made = {name: _kept(name, entry, folder) for name, entry in reproductions().items()}
+    made = {
+        name: kept(folder / "made" / f"{name}.json", name, lambda n=name, e=entry: plain(_make(n, e, folder)))
+        for name, entry in reproductions().items()
+    }
     rows = ["| source | figures and tables | true | false | true only if |", "|---|---:|---:|---:|---:|"]
     for source, words in SOURCES.items():
         own = {name: m for name, m in made.items() if name.startswith(f"{source}-")}
@@ -29,13 +31,6 @@ def write(folder: Path) -> None:
         put(folder / f"{source}.md", _page(source, own))
     text = (folder / "index.in.md").read_text(encoding="utf-8").replace("<!-- counts -->", "\n".join(rows))
     put(folder / "index.md", text + "\n```{toctree}\n:hidden:\n\n" + "\n".join(SOURCES) + "\n```\n")
-
-
-def _kept(name: str, entry, folder: Path) -> dict:
-    place = folder / "made" / f"{name}.json"
-    if not (os.environ.get("SYMFRIC_DOCS_CACHED") and place.is_file()):
-        put(place, json.dumps(plain(_make(name, entry, folder))))
-    return json.loads(place.read_text(encoding="utf-8"))
 
 
 def _make(name: str, entry, folder: Path) -> dict:

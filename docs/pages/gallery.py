@@ -3,8 +3,6 @@
 import base64
 import contextlib
 import io
-import json
-import os
 import runpy
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -12,6 +10,7 @@ from pathlib import Path
 import matplotlib
 
 from docs.pages.files import put
+from docs.pages.kept import kept
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 _PRINTED = '''"""What the script prints."""
@@ -64,16 +63,10 @@ def write(folder: Path) -> None:
 
 
 def _kept(place: Path, source: Path, make) -> Shown:
-    """Return what was made before from the same text, if cached pages are asked for, else make it."""
+    """Return what was made before from the same text and sources, else make it."""
     picture = place.parents[1] / "pictures" / source.name
     text = source.read_text(encoding="utf-8") + (picture.read_text(encoding="utf-8") if picture.is_file() else "")
-    if os.environ.get("SYMFRIC_DOCS_CACHED") and place.is_file():
-        kept = json.loads(place.read_text(encoding="utf-8"))
-        if kept["text"] == text:
-            return Shown(**kept["shown"])
-    shown = make()
-    put(place, json.dumps({"text": text, "shown": asdict(shown)}))
-    return shown
+    return Shown(**kept(place, text, lambda: asdict(make())))
 
 
 def _script(name: str, path: Path, folder: Path) -> Shown:

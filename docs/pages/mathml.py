@@ -20,6 +20,19 @@ def _spelled_out(tex: str) -> str:
     return re.sub(r"\\[td]?frac\s*([A-Za-z0-9])\s*([A-Za-z0-9])", r"\\frac{\1}{\2}", tex)
 
 
+def convertible(tex: str) -> bool:
+    """Whether a formula in LaTeX can be shown.
+
+    Parameters
+    ----------
+    tex : str
+    """
+    try:
+        return bool(tex2mathml(_spelled_out(tex)))
+    except Exception:
+        return False
+
+
 def _converted(node, inline: bool) -> str:
     try:
         return tex2mathml(_spelled_out(node.astext()), as_block=not inline)

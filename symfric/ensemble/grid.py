@@ -192,7 +192,7 @@ def dimensions(scene: Scene) -> dict[str, tuple[str, list[Any]]]:
         if isinstance(output, End):
             extra[name] = "state", [s.name for s in scene.system.states]
         elif isinstance(output, Samples):
-            extra[name] = f"time of {name}", list(output.times)
+            extra[name] = f"time_of_{name}", list(output.times)
     return extra
 
 

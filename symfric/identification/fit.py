@@ -101,7 +101,7 @@ class Fit(ArrayResult, Drawable):
         data: dict[str, tuple[str, np.ndarray]] = {}
         times: dict[str, np.ndarray] = {}
         for name, (t, y) in self.records.items():
-            over = f"time of {name}"
+            over = f"time_of_{name}"
             times[over] = t
             rows = {name: y, f"{name} predicted": self.predictions[name], f"{name} residual": self.residuals[name]}
             data |= {n: (over, row) for n, row in rows.items()}

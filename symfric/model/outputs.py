@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model.rows import INTEGRAL, RANGE, VALUES, Row
+from symfric.model.rows import CROSSINGS, INTEGRAL, RANGE, VALUES, Row
 from symfric.model.symbols import expression, finite, legible, refuse_speed
 
 
@@ -29,6 +29,11 @@ class Output:
     @property
     def latest(self) -> float:
         """The last time at which a run has to be for the output; 0 unless it is given times."""
+        return 0.0
+
+    @property
+    def begins(self) -> float:
+        """The time from which on the run counts; it has to go on after it."""
         return 0.0
 
     def size(self, n_x: int) -> int | None:
@@ -159,14 +164,59 @@ class OutputOfExpression(Output):
     def slopes(self, derivatives: Any, name: str) -> Any:
         return self.reduce(derivatives.of_row(name))
 
+    def second_slopes(self, derivatives: Any, name: str, twice: Any) -> Any:
+        """Return the second derivatives of the output from those of its observable.
+
+        Parameters
+        ----------
+        derivatives : Derivatives
+            Of a run, see `symfric.solve.sensitivities`.
+        name : str
+            Under which the scene lists the output.
+        twice : ndarray
+            One column for each pair of directions.
+
+        Returns
+        -------
+        ndarray
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> scene = sf.scenes.mass_on_belt(v_b=0.2, horizon=0.5)
+        >>> x = scene.system.q[0]
+        >>> run = sf.prepare(scene.wanting({"r": sf.RMS(x)}), sensitivities=["x"], order=2).run()
+        >>> list(run.second_output_sensitivities["r"])
+        [('x', 'x')]
+        """
+        return self.reduce(twice)
+
 
 @dataclass(frozen=True)
-class OutputOfRange(OutputOfExpression):
+class OutputAfter(OutputOfExpression):
+    """Base of outputs that may leave out the begin of a run, such as a transient."""
+
+    after: float = 0.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        object.__setattr__(self, "after", finite(self.after, f"after of {type(self).__name__}"))
+        if self.after < 0:
+            raise SceneError(f"after of {type(self).__name__} is {self.after:g}; it must not be negative")
+
+    @property
+    def begins(self) -> float:
+        """Its `after`."""
+        return self.after
+
+
+@dataclass(frozen=True)
+class OutputOfRange(OutputAfter):
     """Base of outputs made of the smallest and the largest value of an expression."""
 
     def row(self, horizon: float) -> Row:
         magnitude = isinstance(self.expr, sp.Abs)
-        return Row(RANGE, self.expr.args[0] if magnitude else self.expr, magnitude=magnitude)
+        return Row(RANGE, self.expr.args[0] if magnitude else self.expr, magnitude=magnitude, start=self.after)
 
 
 @dataclass(frozen=True)
@@ -201,6 +251,8 @@ class Max(OutputOfRange):
     ----------
     expr : Expr
         Of states, time and parameters; may use `sf.friction_force` and `sf.slip`.
+    after : float
+        Time from which on the motion counts, before the horizon; 0, the whole run, unless given.
 
     Examples
     --------
@@ -225,6 +277,8 @@ class Min(OutputOfRange):
     ----------
     expr : Expr
         Of states, time and parameters; may use `sf.friction_force` and `sf.slip`.
+    after : float
+        Time from which on the motion counts, before the horizon; 0, the whole run, unless given.
 
     Examples
     --------
@@ -249,6 +303,8 @@ class HalfRange(OutputOfRange):
     ----------
     expr : Expr
         Of states, time and parameters; may use `sf.friction_force` and `sf.slip`.
+    after : float
+        Time from which on the motion counts, before the horizon; 0, the whole run, unless given.
 
     Examples
     --------
@@ -257,6 +313,13 @@ class HalfRange(OutputOfRange):
     >>> x = oscillator.system.q[0]
     >>> round(sf.simulate(oscillator.wanting({"size": sf.HalfRange(x)}))["size"], 6)
     0.9
+
+    The amplitude of a vibration that has settled:
+
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> x = belt.system.q[0]
+    >>> round(sf.simulate(belt.wanting({"settled": sf.HalfRange(x, after=50)}))["settled"], 6)
+    0.286209
     """
 
     word: ClassVar[str] = "half_range"
@@ -287,6 +350,121 @@ class Integral(OutputOfExpression):
 
     def row(self, horizon: float) -> Row:
         return Row(INTEGRAL, self.expr)
+
+
+@dataclass(frozen=True)
+class Mean(OutputAfter):
+    """Mean of an expression over time, to the end of the run.
+
+    Attributes
+    ----------
+    expr : Expr
+        Of states, time and parameters; may use `sf.friction_force` and `sf.slip`.
+    after : float
+        Time from which on the motion counts, before the horizon; 0, the whole run, unless given.
+
+    Notes
+    -----
+    ``integral of expr from after to T, / (T - after)`` with the horizon T.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1, x0=1.0, horizon=6.0)
+    >>> x = oscillator.system.q[0]
+    >>> round(sf.simulate(oscillator.wanting({"size": sf.Mean(x, after=2.0)}))["size"], 6)
+    -0.29641
+    """
+
+    word: ClassVar[str] = "mean"
+
+    def row(self, horizon: float) -> Row:
+        return Row(INTEGRAL, self.expr / (horizon - self.after), start=self.after)
+
+
+@dataclass(frozen=True)
+class RMS(OutputAfter):
+    """Root of the mean square of an expression over time, to the end of the run.
+
+    Attributes
+    ----------
+    expr : Expr
+        Of states, time and parameters; may use `sf.friction_force` and `sf.slip`.
+    after : float
+        Time from which on the motion counts, before the horizon; 0, the whole run, unless given.
+
+    Notes
+    -----
+    ``sqrt(integral of expr**2 from after to T, / (T - after))`` with the horizon T.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> oscillator = sf.scenes.coulomb_oscillator(0.1, x0=1.0, horizon=6.0)
+    >>> x = oscillator.system.q[0]
+    >>> round(sf.simulate(oscillator.wanting({"size": sf.RMS(x, after=2.0)}))["size"], 6)
+    0.53982
+    """
+
+    word: ClassVar[str] = "rms"
+
+    def row(self, horizon: float) -> Row:
+        return Row(INTEGRAL, self.expr**2 / (horizon - self.after), start=self.after)
+
+    def reduce(self, found: Any) -> Any:
+        return found**0.5
+
+    def slopes(self, derivatives: Any, name: str) -> Any:
+        return derivatives.of_row(name) / (2.0 * derivatives.integral(name) ** 0.5)
+
+    def second_slopes(self, derivatives: Any, name: str, twice: Any) -> Any:
+        size, slopes = derivatives.integral(name) ** 0.5, self.slopes(derivatives, name)
+        products = np.array([slopes[a] * slopes[b] for a, b in derivatives.columns.pairs])
+        return (0.5 * twice - products) / size
+
+
+@dataclass(frozen=True)
+class Period(OutputAfter):
+    """Mean time between the instants at which an expression rises through zero; NaN if there are fewer than two.
+
+    It is the period of a settled motion whose expression does so once in every period, such as the velocity of a
+    stick-slip vibration, or ``x - level``. See `sf.limit_cycle` for the period of the limit cycle itself.
+
+    Attributes
+    ----------
+    expr : Expr
+        Of states, time and parameters; may use `sf.friction_force` and `sf.slip`.
+    after : float
+        Time from which on the motion counts, before the horizon; 0, the whole run, unless given.
+
+    Notes
+    -----
+    ``(t_n - t_1) / (n - 1)`` with the first and the last of n instants at which the expression, negative before,
+    becomes positive. They are roots of the polynomials of the steps, or instants at which the expression jumps.
+
+    Examples
+    --------
+    >>> import symfric as sf
+    >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
+    >>> u = belt.system.u[0]
+    >>> round(sf.simulate(belt.wanting({"T": sf.Period(u, after=50)}))["T"], 6)
+    6.799421
+    >>> round(sf.limit_cycle(belt).period, 6)
+    6.799421
+    """
+
+    word: ClassVar[str] = "period"
+
+    def row(self, horizon: float) -> Row:
+        return Row(CROSSINGS, self.expr, start=self.after)
+
+    def reduce(self, found: Any) -> Any:
+        first, last, count = found
+        return (last - first) / np.where(np.asarray(count) > 1.0, count - 1.0, np.nan)
+
+    def value(self, run: Any, name: str) -> Any:
+        period = super().value(run, name)
+        return period if period.ndim else float(period)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from symfric.model.dimensions import Dimension, Dimensions, Mismatch, factor
 from symfric.model.outputs import (
     Integral,
     OutputOfExpression,
+    Period,
     StopTime,
     dissipated_power,
     friction_force,
@@ -385,7 +386,7 @@ def attributes_of(name: str, units: Mapping[str, str]) -> dict[str, str]:
 
 def output_unit(units: Units, output: object) -> str:
     """Return the unit of an output of an expression or of a time; "" for others."""
-    if isinstance(output, StopTime):
+    if isinstance(output, StopTime | Period):
         return units.of(TIME)
     if not isinstance(output, OutputOfExpression):
         return ""

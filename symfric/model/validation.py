@@ -186,12 +186,17 @@ def _instead(kind: str, contact: str, contacts: tuple[Contact, ...]) -> str:
 
 
 def check_times(outputs: Mapping[str, Output], horizon: float) -> None:
-    """Raise if an output is taken at a time after the horizon, by more than rounding."""
+    """Raise if an output is taken at a time after the horizon, by more than rounding, or counts nothing before it."""
     for name, output in outputs.items():
         if output.latest > horizon * (1 + 1e-12):
             raise SceneError(
                 f"output {name!r} takes a value at t = {output.latest:.12g}, and the run ends at the horizon "
                 f"{horizon:.12g}; choose a later horizon or an earlier time"
+            )
+        if output.begins >= horizon:
+            raise SceneError(
+                f"output {name!r} counts after t = {output.begins:.12g}, and the run ends at the horizon "
+                f"{horizon:.12g}; choose a later horizon or a smaller after"
             )
 
 

@@ -219,7 +219,7 @@ class Motion(Result, Drawable):
         return spectrum(self, periods, damping)
 
     def _draw(self, ax: Axes | None) -> Axes:
-        ax = axes_for(ax, layout="constrained")
+        ax = axes_for(ax)
         ax.plot(self.t, self.samples, lw=0.8)
         ax.set_xlabel("time t [s]")
         ax.set_ylabel("acceleration [m/s²]")

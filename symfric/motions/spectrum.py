@@ -68,7 +68,7 @@ class Spectrum(ArrayResult, Drawable):
         return data, {"period": self.periods}, {"damping": self.damping, "motion": self.name}
 
     def _draw(self, ax: Axes | None) -> Axes:
-        ax = axes_for(ax, layout="constrained")
+        ax = axes_for(ax)
         ax.plot(self.periods, self.pseudo_acceleration, label=f"{self.name}, {100 * self.damping:g} % damping")
         ax.set_xlabel("period T [s]")
         ax.set_ylabel("pseudo-acceleration [m/s²]")

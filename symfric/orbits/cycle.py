@@ -24,7 +24,10 @@ from symfric.solve.routes import prepare
 from symfric.solve.run import Event, Run
 
 if TYPE_CHECKING:
+    from os import PathLike
+
     import xarray as xr
+    from matplotlib.animation import FuncAnimation
 
 _VANISHED = 1e-6  # range relative to that of the guess below which Newton's method has found an equilibrium
 _SAME = 1e-8  # difference relative to the ranges of the states up to which motions count as one
@@ -131,6 +134,49 @@ class Orbit(Result, Drawable):
         xarray.Dataset
         """
         return self.run.to_xarray()
+
+    def animate(
+        self,
+        path: "str | PathLike[str] | None" = None,
+        *,
+        periods: float = 2.0,
+        seconds: float = 6.0,
+        frames_per_second: int = 25,
+    ) -> "FuncAnimation":
+        """Return an animation of the orbit: the coordinates in time beside the phase portrait of the first one.
+
+        Parameters
+        ----------
+        path : path, optional
+            Where to save it, a ``.gif``, or with ffmpeg a ``.mp4``, ``.webm`` or ``.mov``.
+        periods : float
+            How many are shown.
+        seconds : float
+            Duration of the animation.
+        frames_per_second : int
+
+        Returns
+        -------
+        matplotlib.animation.FuncAnimation
+            Keep it in a variable while it is shown; in a notebook, ``HTML(animation.to_jshtml())`` shows it.
+
+        Raises
+        ------
+        SceneError
+            If numbers are not positive, or the file cannot be written.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> import tempfile
+        >>> orbit = sf.limit_cycle(sf.scenes.mass_on_belt(v_b=0.2))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     animation = orbit.animate(f"{folder}/orbit.gif", seconds=1.0, frames_per_second=5)
+        """
+        if not 0.0 < periods < np.inf:
+            raise SceneError(f"an animation of {periods:g} periods; it must be a positive number")
+        run = prepare(self.scene.until(periods * self.period).wanting({"path": Trajectory()}), 1e-12).run()
+        return run.animate(path, seconds=seconds, frames_per_second=frames_per_second)
 
     def _draw(self, ax: Axes | None) -> Axes:
         from symfric.orbits.plotting import plot_orbit

@@ -313,6 +313,9 @@ def _of_expression(
     """Read an output of an expression, with times after commas if it takes any."""
     expression, *times = _at_commas(inside)
     given = [parse_expression(expression, names, place, contacts)]
+    kind = OF_EXPRESSION[word]
+    if issubclass(kind, kinds.OutputAfter):
+        return _after(kind, given[0], times, place)
     if len(fields(OF_EXPRESSION[word])) == 1:
         if times:
             raise SceneError(f"{place}: {word} takes one expression, and {shorten(inside, 40)!r} has commas")
@@ -327,6 +330,24 @@ def _of_expression(
         return kinds.Samples(given[0], tuple(numbers))
     except TypeError:
         raise SceneError(f"{place}: {word} takes one time; write samples({shorten(expression, 30)}, ...)") from None
+    except SceneError as error:
+        raise SceneError(f"{place}: {error}") from None
+
+
+def _after(kind: type[kinds.OutputAfter], given: sp.Expr, rest: list[str], place: str) -> kinds.Output:
+    """Read an output that may leave out the begin of the run."""
+    if not rest:
+        return kind(given)
+    name, _, number = rest[0].partition("=")
+    try:
+        after = float(number) if len(rest) == 1 and name.strip() == "after" else None
+    except ValueError:
+        after = None
+    if after is None:
+        said = shorten(",".join(rest), 40).strip()
+        raise SceneError(f"{place}: {kind.word} takes one expression, and after=NUMBER behind a comma, not {said!r}")
+    try:
+        return kind(given, after=after)
     except SceneError as error:
         raise SceneError(f"{place}: {error}") from None
 

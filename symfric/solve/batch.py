@@ -11,7 +11,7 @@ import numpy as np
 from symfric.errors import RunFailed, SceneError
 from symfric.model.notebook import html_table
 from symfric.model.results import BY_NAME, ArrayResult, Labelled, as_plain
-from symfric.model.rows import INTEGRAL, RANGE
+from symfric.model.rows import CROSSINGS, INTEGRAL, RANGE
 from symfric.model.scene import Scene
 from symfric.solve.case_values import CaseValues
 from symfric.solve.observed import observables_of
@@ -262,8 +262,8 @@ def _rows_of(scene: Scene, runs: list[Run]) -> dict[str, Any]:
     rows: dict[str, Any] = {}
     for name, k in observables.row.items():
         row, values = observables.rows[k], [r.raw.rows[name] for r in runs]
-        if row.kind == RANGE:
-            rows[name] = tuple(np.array(values).reshape(-1, 2).T)
+        if row.kind in (RANGE, CROSSINGS):
+            rows[name] = tuple(np.array(values).reshape(-1, 2 if row.kind == RANGE else 3).T)
         else:
             rows[name] = np.array(values).T if row.kind == INTEGRAL else np.array(values).reshape(-1, len(row.times)).T
     return rows

@@ -69,7 +69,7 @@ def plot_run(run: "Run", ax: Any = None, units: Mapping[str, str] = _NO_UNITS) -
 
     Held variables that act on the motion are drawn as steps, on an axis of their own at the right.
     """
-    ax = axes_for(ax, layout="constrained")
+    ax = axes_for(ax)
     t, x, on = motion_to_draw(run, np.union1d(np.linspace(0, run.t_final, 2000), run.t))
     for i, q in enumerate(run.scene.system.q):
         own = "" if len({units.get(s.name, "") for s in run.scene.system.q}) == 1 else in_brackets(units.get(q.name))

@@ -21,6 +21,10 @@ from symfric.solve.sensitivities import Derivatives
 from symfric.solve.status import ADVICE, Status, early_end
 
 if TYPE_CHECKING:
+    from os import PathLike
+
+    from matplotlib.animation import FuncAnimation
+
     from symfric.solve.protocol import Route
 
 
@@ -411,6 +415,49 @@ class Run(ArrayResult):
         from symfric.solve.plotting import plot_run
 
         return plot_run(self, ax, self.base.units if units is None else units)
+
+    def animate(
+        self,
+        path: "str | PathLike[str] | None" = None,
+        *,
+        begin: float = 0.0,
+        end: float | None = None,
+        seconds: float = 6.0,
+        frames_per_second: int = 25,
+    ) -> "FuncAnimation":
+        """Return an animation of the motion: the coordinates in time beside the phase portrait of the first one.
+
+        Parameters
+        ----------
+        path : path, optional
+            Where to save it, a ``.gif``, or with ffmpeg a ``.mp4``, ``.webm`` or ``.mov``.
+        begin, end : float
+            Part of the run that is shown; all of it unless given.
+        seconds : float
+            Duration of the animation.
+        frames_per_second : int
+
+        Returns
+        -------
+        matplotlib.animation.FuncAnimation
+            Keep it in a variable while it is shown; in a notebook, ``HTML(animation.to_jshtml())`` shows it.
+
+        Raises
+        ------
+        SceneError
+            If no trajectory was stored, the part is outside the run, or the file cannot be written.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> import tempfile
+        >>> run = sf.simulate(sf.scenes.mass_on_belt(v_b=0.2, horizon=30.0))
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     animation = run.animate(f"{folder}/belt.gif", begin=20.0, seconds=1.0, frames_per_second=5)
+        """
+        from symfric.solve.animation import animate_run
+
+        return animate_run(self, path, begin, self.t_final if end is None else end, seconds, frames_per_second)
 
     def _repr_html_(self) -> str:
         shown: dict[str, Any] = self.to_dict()

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from symfric.model.outputs import End, OutputOfExpression, StopTime
-from symfric.model.rows import INTEGRAL, RANGE, VALUES, Row
+from symfric.model.rows import CROSSINGS, INTEGRAL, VALUES, Row
 from symfric.solve.observables import Observables
 
 
@@ -111,8 +111,15 @@ class Derivatives:
         factor = np.where(np.logical_and(self.known, self.rests), 1.0, np.nan)
         return factor * self.rest[: len(self.columns.directions)]
 
+    def integral(self, name: str) -> Any:
+        """Return the integral that an output is made of, of one run or of every case."""
+        return self.total[self.columns.observables.row[name], 2]
+
     def of_row(self, name: str) -> Any:
-        """Return the derivatives of the observable of an output: a pair, (n_s,) or (n_t, n_s)."""
+        """Return the derivatives of the observable of an output: a pair, (n_s,) or (n_t, n_s).
+
+        Of crossings, those of the first and the last time, and how many there are.
+        """
         k, n_s = self.columns.observables.row[name], len(self.columns.directions)
         row = self.columns.observables.rows[k]
         if row.kind == VALUES:
@@ -120,6 +127,8 @@ class Derivatives:
         table = self._tables[k, :n_s]
         if row.kind == INTEGRAL:
             return np.where(self.known, table[:, 2], np.nan)
+        if row.kind == CROSSINGS:
+            return table[:, 0], table[:, 1], self.total[k, 2]
         return self._of_range(k, row, table[:, 0], table[:, 1])
 
     @cached_property
@@ -142,14 +151,14 @@ class Derivatives:
 
     @cached_property
     def second_outputs(self) -> dict[str, dict[tuple[str, str], Any]]:
-        """Second derivatives of integrals and of values at given times."""
+        """Second derivatives of integrals, means and values at given times."""
         factor, n_s = np.where(self.smooth, 1.0, np.nan), len(self.columns.directions)
         by_output = {}
         for name, k in self.columns.observables.row.items():
             kind, output = self.columns.observables.rows[k].kind, self.columns.outputs[name]
-            if self._pairs and kind != RANGE:
+            if self._pairs and kind in (INTEGRAL, VALUES):
                 twice = self._values(k)[:, n_s:] if kind == VALUES else self._tables[k, n_s:, 2]
-                reduced = factor * output.reduce(twice)
+                reduced = factor * output.second_slopes(self, name, twice)
                 columns = reduced.tolist() if reduced.ndim == 1 else reduced.T
                 by_output[name] = dict(zip(self._pairs, columns, strict=True))
         return by_output

@@ -124,8 +124,8 @@ def test_second_derivatives_of_a_smooth_motion():
 def test_in_a_sweep_and_as_a_function():
     scene = belt().wanting({"x": belt().outputs["x"], "late": belt().outputs["late"]})
     grid = sf.sweep(scene, {"v_b": [0.2, 0.3]})
-    assert grid["x"].dims == ("v_b", "time of x")
-    assert np.array_equal(grid["time of x"].values, TIMES)
+    assert grid["x"].dims == ("v_b", "time_of_x")
+    assert np.array_equal(grid["time_of_x"].values, TIMES)
     assert np.array_equal(grid["x"].values[0], sf.simulate(scene)["x"])
     function = sf.as_function(scene, ["v_b"], ["x", "late"])
     v = ca.MX.sym("v")

@@ -9,7 +9,7 @@ from symfric.lower.automaton import Automaton
 from symfric.lower.linear_modes import Matrices, Oscillator, lines_of, matrices, oscillator, without_harmonics
 from symfric.lower.sampled_oscillator import Record, record
 from symfric.lower.structure_modes import OtherForm, structure_matrices
-from symfric.model.rows import INTEGRAL, RANGE
+from symfric.model.rows import CROSSINGS, INTEGRAL, RANGE, Row
 from symfric.model.scene import Scene
 from symfric.solve.loop.stepping.linear_series import MOST
 from symfric.solve.lowered import LoweredScene
@@ -137,11 +137,21 @@ def recorded_in(lowered: LoweredScene) -> Record:
     rows = lowered.observables.rows
     if any(r.kind == INTEGRAL for r in rows):
         raise NoRoute("an integral is wanted")
+    _refuse_parts(rows)
     return record(lowered.dynamics, lowered.scene.inputs, [r.expr for r in rows])
+
+
+def _refuse_parts(rows: tuple[Row, ...]) -> None:
+    """Raise if an observable is accumulated over a part of the run, or its crossings are counted."""
+    if any(r.kind == CROSSINGS for r in rows):
+        raise NoRoute("a period is wanted")
+    if any(r.start > 0.0 for r in rows):
+        raise NoRoute("an extreme after a time is wanted")
 
 
 def _closed(lowered: LoweredScene) -> Oscillator:
     rows = lowered.observables.rows
     if any(r.kind != RANGE for r in rows):
-        raise NoRoute("an integral or a value at a time is wanted")
+        raise NoRoute("an integral, a period or a value at a time is wanted")
+    _refuse_parts(rows)
     return oscillator(lowered.dynamics, [r.expr for r in rows])

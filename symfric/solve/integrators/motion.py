@@ -16,6 +16,7 @@ class Motion:
     t: float
     y: np.ndarray
     total: np.ndarray
+    before: np.ndarray  # the part of total from before a time after which alone it counts
     m: np.ndarray
     farthest: np.ndarray
     size: np.ndarray

@@ -33,7 +33,7 @@ from symfric.solve.integrators.modes.mode_selection import (
 )
 from symfric.solve.integrators.motion import Motion
 from symfric.solve.integrators.recorder import Recorder
-from symfric.solve.integrators.refusals import declines, has_events, remembering
+from symfric.solve.integrators.refusals import declines, has_events, refuse_crossings, remembering
 from symfric.solve.integrators.sizes import first_sizes, make_sizing, sizes_along
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.path import Path
@@ -62,10 +62,12 @@ class IntegratorsProgram(Program):
         super().__init__(lowered, check_tolerance(tolerance), settings)
         scene = self.scene
         outputs = scene.outputs
+        refuse_crossings(outputs)
         rows = {n: o.row(scene.horizon) for n, o in outputs.items() if isinstance(o, OutputOfExpression)}
         self._integrals = {n: r.expr for n, r in rows.items() if r.kind == INTEGRAL}
         self._ranges = {n: _whole(r) for n, r in rows.items() if r.kind != INTEGRAL}  # also values at given times
         self._times = {n: np.array(r.times) for n, r in rows.items() if r.kind == VALUES}
+        self._starts = {n: r.start for n, r in rows.items() if r.start > 0.0}
         self._keep_path = any(o.keeps_path for o in outputs.values())
         self._only = None  # the times at which alone the motion is looked at, if there are such
         if self._times and len(self._times) == len(self._ranges) and not self._keep_path:
@@ -117,6 +119,7 @@ class IntegratorsProgram(Program):
             0.0,
             start,
             np.zeros(len(self._integrals)),
+            np.zeros(len(self._integrals)),
             np.ones(self.automaton.layout.n_mode),
             np.abs(start),
             np.zeros(0),
@@ -131,13 +134,25 @@ class IntegratorsProgram(Program):
                 motion.size = self._sizes(flow, motion, p, horizon)
             while motion.t < end and motion.status == Status.OK:
                 check_time()
-                self._integrate(flow, motion, p, min(end, self._strike(motion, p)))
+                begins = min((s for s in self._starts.values() if motion.t < s < end), default=end)
+                self._integrate(flow, motion, p, min(begins, self._strike(motion, p)))
+                if motion.t in self._starts.values():
+                    self._start_counting(motion)
                 if progress is not None:
                     progress(motion.t / horizon)
             if motion.status != Status.OK:
                 break
         self._idle.append(flow)
         return motion
+
+    def _start_counting(self, motion: Motion) -> None:
+        """Forget what was accumulated of the observables that count from now on."""
+        for k, name in enumerate(self._integrals):
+            if self._starts.get(name) == motion.t:
+                motion.before[k] = motion.total[k]
+        for k, name in enumerate(self._ranges):
+            if self._starts.get(name) == motion.t and motion.low is not None and motion.high is not None:
+                motion.low[k], motion.high[k] = math.inf, -math.inf
 
     def _sizes(self, flow: Flow, motion: Motion, p: np.ndarray, horizon: float) -> np.ndarray:
         """Return the sizes of states and integrals from the start, or of continuous laws from a rough motion."""
@@ -278,8 +293,9 @@ class IntegratorsProgram(Program):
         low, high = motion.low, motion.high
         ranges = dict.fromkeys(self._ranges, (math.nan, math.nan))
         if low is not None and high is not None:
-            ranges = {n: (low[k], high[k]) for k, n in enumerate(self._ranges)}
-        integrals = dict(zip(self._integrals, motion.total.tolist(), strict=True))
+            counted = {n: k for k, n in enumerate(self._ranges) if self._starts.get(n, 0.0) < motion.t}
+            ranges |= {n: (low[k], high[k]) for n, k in counted.items()}
+        integrals = dict(zip(self._integrals, (motion.total - motion.before).tolist(), strict=True))
         raw = Raw({**ranges, **integrals, **motion.values}, motion.rest, path, log)
         counts: dict[str, float] = dict(motion.counts)
         end = motion.y, motion.t, motion.status, counts

@@ -1,7 +1,10 @@
 """What the integrators cannot do."""
 
+from collections.abc import Mapping
+
+from symfric.errors import NoRoute
 from symfric.lower.automaton import Automaton
-from symfric.model.outputs import Integral, OutputOfExpression
+from symfric.model.outputs import RMS, Integral, Mean, Output, OutputOfExpression, Period
 from symfric.model.scene import Scene
 from symfric.model.steps import jumps_in_time
 from symfric.solve.integrators.mode_functions import ONE_STEP
@@ -12,10 +15,17 @@ def has_events(automaton: Automaton) -> bool:
     return any(automaton.sticks) or bool(automaton.layout.others)
 
 
+def refuse_crossings(outputs: Mapping[str, Output]) -> None:
+    """Raise `NoRoute` if a period is wanted, whose crossings only the event loop locates."""
+    for name, output in outputs.items():
+        if isinstance(output, Period):
+            raise NoRoute(f"the route 'integrators' declines: output {name!r} is a period, for the route 'taylor'")
+
+
 def kinks_matter(scene: Scene) -> bool:
     """Whether outputs besides the end and integrals exist, in a scene whose kinks are not those of laws with memory."""
     watched = any(
-        o.keeps_path or (isinstance(o, OutputOfExpression) and not isinstance(o, Integral))
+        o.keeps_path or (isinstance(o, OutputOfExpression) and not isinstance(o, Integral | Mean | RMS))
         for o in scene.outputs.values()
     )
     return watched and not any(c.law.memory for c in scene.contacts)

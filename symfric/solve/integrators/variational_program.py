@@ -17,7 +17,7 @@ from symfric.model.symbols import Key, name_of
 from symfric.solve.integrators.implicit.varied_motion import Followed, VariedMotion
 from symfric.solve.integrators.motion import Motion
 from symfric.solve.integrators.program import IntegratorsProgram, check_tolerance
-from symfric.solve.integrators.refusals import declines
+from symfric.solve.integrators.refusals import declines, refuse_crossings
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.program import Numbers
 from symfric.solve.protocol import Program
@@ -50,6 +50,11 @@ class VariationalProgram(Program):
     def __init__(self, lowered: LoweredScene, tolerance: float, settings: "Integrators"):
         super().__init__(lowered, check_tolerance(tolerance), settings)
         scene, self._observables = self.scene, lowered.observables
+        refuse_crossings(scene.outputs)
+        if any(r.kind == INTEGRAL and r.start > 0.0 for r in self._observables.rows):
+            raise NoRoute(
+                "the route 'integrators' declines: derivatives of a mean that leaves out the begin of the run"
+            )
         self._states = tuple(s.name for s in scene.system.states)
         self._integrals = [r for r in self._observables.rows if r.kind == INTEGRAL]
         self._looked = [r for r in self._observables.rows if r.kind != INTEGRAL]
@@ -66,7 +71,7 @@ class VariationalProgram(Program):
     def _without_derivatives(self, lowered: LoweredScene) -> IntegratorsProgram | None:
         """Return the program that finds extremes and the trajectory, if any are outputs."""
         kept = {n: o for n, o in self.scene.outputs.items() if o.keeps_path or o.keeps_events}
-        ranges = {f"row {k}": HalfRange(r.expr) for k, r in enumerate(self._looked) if r.kind == RANGE}
+        ranges = {f"row {k}": HalfRange(r.expr, r.start) for k, r in enumerate(self._looked) if r.kind == RANGE}
         if not ranges and not self._observables.path:
             return None
         return IntegratorsProgram(lowered.wanting({**ranges, **kept}), self.tolerance, self.settings)

@@ -46,11 +46,11 @@ def _written_by() -> str:
 
 
 def plan_of(model: CompiledModel, automaton: Automaton, variants: Sequence[Series], horizon: float) -> Plan | None:
-    """Return how a scene runs in lanes; None if it does not: one with long equations, or with derivatives of turns."""
+    """Return how a scene runs in lanes; None if it does not, as with long equations or a wanted part of the run."""
     rows, layout, clock, exact = model.wanted.rows, automaton.layout, model.first.clock, model.first.limits.exact
     if not all(isinstance(v.series, ca.Function) and v.series.n_instructions() <= _LONGEST for v in variants):
         return None
-    long = layout.n_guards > _GUARDS or any(r.kind not in CARRIED for r in rows)
+    long = layout.n_guards > _GUARDS or any(r.kind not in CARRIED or r.start > 0.0 for r in rows)
     if layout.openings or automaton.planes or long:
         return None
     alone = len(layout.lines) == 1 and layout.n_guards == LINE_GUARDS and not automaton.inputs and not automaton.steps

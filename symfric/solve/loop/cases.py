@@ -9,7 +9,7 @@ import numpy as np
 
 from symfric.codegen.array_table import Table
 from symfric.codegen.loop_loader import load_loop
-from symfric.model.rows import INTEGRAL, RANGE
+from symfric.model.rows import CROSSINGS, INTEGRAL, RANGE
 from symfric.solve.loop.case_arrays import CaseArrays, Place, make_arrays
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.observables import Observables
@@ -144,6 +144,8 @@ def rows_of(wanted: Observables, arrays: CaseArrays) -> dict[str, Any]:
             found[name] = (least, np.maximum(-low, high)) if row.magnitude else (low, high)
         elif row.kind == INTEGRAL:
             found[name] = arrays.total[:, k, 2]
+        elif row.kind == CROSSINGS:
+            found[name] = tuple(arrays.total[:, k, :3].T)
         else:
             found[name] = arrays.seen[:, first[k] : first[k + 1]].T
     return found

@@ -1,5 +1,6 @@
 """A compiled event loop, shared by all threads, and the workspaces of its runs."""
 
+import math
 from collections import deque
 from collections.abc import Callable
 from dataclasses import replace
@@ -9,7 +10,7 @@ import numpy as np
 
 from symfric.codegen.array_table import Table
 from symfric.codegen.loop_loader import Loop
-from symfric.model.rows import INTEGRAL, RANGE, Row
+from symfric.model.rows import CROSSINGS, INTEGRAL, RANGE, Row
 from symfric.solve.loop.run_arrays import RunArrays, Stored
 from symfric.solve.observables import Observables
 from symfric.solve.path import Path
@@ -195,6 +196,8 @@ class Workspace:
                     found[name] = _range(row, low, high)
                 elif row.kind == INTEGRAL:
                     found[name] = value
+                elif row.kind == CROSSINGS:
+                    found[name] = low, high, value
                 else:
                     found[name] = w.observed.seen[w.times.first[k] : w.times.first[k + 1]].copy()
         raw = Raw(found, w.clock.rest, path, log)
@@ -285,4 +288,6 @@ def _joined(kept: _Kept, last: tuple[np.ndarray, ...]) -> list[np.ndarray]:
 
 
 def _range(row: Row, low: float, high: float) -> tuple[float, float]:
+    if low > high:  # the run failed before it counted
+        return math.nan, math.nan
     return (max(low, -high, 0.0), max(-low, high)) if row.magnitude else (low, high)

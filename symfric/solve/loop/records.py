@@ -38,8 +38,9 @@ class Contacts(ArraySet):
 class Kinds(ArraySet):
     """What is computed of every observable."""
 
-    kind: Integers  # RANGE, INTEGRAL, VALUES, TURN or FOLLOW, (n_e,)
+    kind: Integers  # RANGE, INTEGRAL, VALUES, TURN, FOLLOW or CROSSINGS, (n_e,)
     follows: Integers  # the row that a derivative follows, or -1, (n_e,)
+    start: Reals  # time from which on each is accumulated, (n_e,)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -152,7 +153,8 @@ class Saltation(ArraySet):
     after: Reals  # outputs of the saltation
     tau: Reals  # derivatives of the time of the event at which this step begins, (n_s,)
     left: Reals  # state and time before an event, (n_x + 1,) if there are contacts of other kinds
-    rise: Matrix  # slopes of rows with their lowest or highest value at the end of the last step, (n_e, 2)
+    rise: Matrix  # slopes of rows with their lowest or highest value at the end of the last step; for crossings, the
+    # places in this step, from 0 to 1, of the first and of the last one, or -1; (n_e, 2)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -193,7 +193,11 @@ def make_arrays(
             shown=_numbers(layout.shown),
             other_guards=_numbers(layout.other_guards).reshape(-1, 2),
         ),
-        wanted=Kinds(kind=_numbers([r.kind for r in rows]), follows=_numbers([r.follows for r in rows])),
+        wanted=Kinds(
+            kind=_numbers([r.kind for r in rows]),
+            follows=_numbers([r.follows for r in rows]),
+            start=np.array([r.start for r in rows], dtype=float),
+        ),
         tables=Tables(damping=weights(order), exposed=_numbers(exposed), bernstein=bernstein_table(order)),
         matrices=matrices,
         powers=powers,

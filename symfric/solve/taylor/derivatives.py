@@ -9,7 +9,7 @@ import numpy as np
 from symfric.errors import NoRoute
 from symfric.lower.linear_modes import matrices
 from symfric.lower.variational_equations import Variations, varied
-from symfric.model.rows import FOLLOW, RANGE, TURN, Row
+from symfric.model.rows import CROSSINGS, FOLLOW, RANGE, TURN, Row
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of
 from symfric.solve.batch import Batch, reached
@@ -136,7 +136,7 @@ def model_with_derivatives(
     """Compile the motion and its derivatives; linear equations of several bodies by powers of their matrices."""
     rows = list(observables.rows)
     for e, row in enumerate(observables.rows[: variations.followed]):
-        follows = Row(FOLLOW, row.expr, follows=e) if row.kind in (RANGE, TURN) else row
+        follows = Row(FOLLOW, row.expr, follows=e) if row.kind in (RANGE, TURN, CROSSINGS) else row
         rows += [follows] * variations.columns
     wide = Observables(tuple(rows), observables.row, observables.path, observables.events)
     automaton, budgets, fine = variations.automaton, (settings.max_steps, settings.max_events), MARGIN * tolerance

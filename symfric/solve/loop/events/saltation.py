@@ -86,7 +86,8 @@ def jump(w: LoopArrays, n_x: int, n_c: int, starting: bool) -> None:
         for s in range(n_s):
             f = first + e * n_s + s
             if w.wanted.kind[e] == INTEGRAL:
-                w.observed.total[f, 2] += w.saltation.after[gains + e * n_s + s]
+                if w.y[n_x] + w.clock.t_low >= w.wanted.start[e]:
+                    w.observed.total[f, 2] += w.saltation.after[gains + e * n_s + s]
             elif w.wanted.kind[e] == RANGE:
                 for side in range(2):
                     if w.saltation.rise[e, side] != 0.0:

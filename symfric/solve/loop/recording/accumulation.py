@@ -1,10 +1,12 @@
 """Ranges, integrals and values of the observables over a step."""
 
 from symfric.codegen.numba_types import compiled
-from symfric.model.rows import FOLLOW, INTEGRAL, TURN, VALUES
+from symfric.model.rows import CROSSINGS, FOLLOW, INTEGRAL, TURN, VALUES
 from symfric.solve.loop.arithmetic import area, summed
 from symfric.solve.loop.events.polynomials import extend_range
 from symfric.solve.loop.events.saltation import follow, note_places, turn_lowest
+from symfric.solve.loop.recording.crossing_times import follow_crossings
+from symfric.solve.loop.recording.late_rows import accumulate_late
 from symfric.solve.loop.recording.noted_values import note_values
 from symfric.solve.loop.workspace import LoopArrays
 
@@ -15,6 +17,9 @@ def accumulate(w: LoopArrays, first: int, tau: float) -> None:
     order = w.c.shape[1] - 1
     for e in range(w.wanted.kind.size):
         c = w.c[first + e]
+        if w.wanted.start[e] > 0.0 or w.wanted.kind[e] == CROSSINGS:
+            accumulate_late(w, e, c, tau)
+            continue
         if w.wanted.kind[e] == INTEGRAL:
             more, total = area(c, order, tau), w.observed.total
             total[e, 2], total[e, 3] = summed(total[e, 2], total[e, 3], more)
@@ -24,7 +29,10 @@ def accumulate(w: LoopArrays, first: int, tau: float) -> None:
             note_values(w, e, c, order, tau, void)
             continue
         if w.wanted.kind[e] == FOLLOW:
-            follow(w, e, c, tau)
+            if w.wanted.kind[w.wanted.follows[e]] == CROSSINGS:
+                follow_crossings(w, e, c, tau)
+            else:
+                follow(w, e, c, tau)
             continue
         power = 1.0
         for k in range(order + 1):
