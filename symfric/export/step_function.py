@@ -23,9 +23,9 @@ from symfric.export.step_equations import StepEquations
 from symfric.lower.automaton import Automaton, automaton_of
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.constant_parameters import averaged_over
+from symfric.model.in_plane import refuse_planes
 from symfric.model.scene import Scene
 from symfric.model.steps import jumps_in_time
-from symfric.model.system import refuse_planes
 
 OK, MANY_EVENTS, LOST_CONTACT, NOT_FINITE = 0, 1, 2, 3  # results of a step
 _FAR = 1e300  # beyond it a number is not finite

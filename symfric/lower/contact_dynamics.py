@@ -12,7 +12,6 @@ data; see `symfric.lower.printer`.
 
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
-from dataclasses import replace
 from functools import cached_property
 
 import casadi as ca
@@ -28,7 +27,7 @@ from symfric.lower.held_velocities import held_velocities
 from symfric.lower.linear_part import force_in, mass_in, rows_in
 from symfric.lower.load_sharing import dependent, parallels
 from symfric.lower.mode_layout import JUST_AFTER
-from symfric.lower.planes import Plane
+from symfric.lower.planes import Plane, rows_of
 from symfric.lower.printer import Printer, Switches
 from symfric.lower.slider_sets import SliderSet
 from symfric.lower.spring_sliders import Spring, with_forces
@@ -99,7 +98,7 @@ class ContactDynamics:
         free: Mapping[sp.Symbol, ca.SX] | None = None,
         rows: Mapping[sp.Symbol, ca.SX] | None = None,
     ) -> None:
-        self.contacts = tuple(row for c in contacts if c.along_line for row in _rows_of(c))
+        self.contacts = tuple(row for c in contacts if c.along_line for row in rows_of(c))
         behind = tuple(c for c in contacts if not c.along_line and not c.frictionless)
         self.system, self.inputs = with_forces(system, behind), tuple(inputs)
         self.constants, free = dict(constants or {}), free or {}
@@ -457,13 +456,6 @@ class ContactDynamics:
         if len(present) == 1 and (isinstance(slopes, np.ndarray) or slopes[present[0]].is_number):
             return len(system.q) + present[0], float(slopes[present[0]])
         return -1, 0.0
-
-
-def _rows_of(contact: Contact) -> list[Contact]:
-    """Return a contact along a line as it is, and one in the plane as the two components of its slip."""
-    if contact.across is None:
-        return [contact]
-    return [contact, replace(contact, name=f"{contact.name}[1]", slip=contact.across, across=None)]
 
 
 def _column(entries: list[ca.SX]) -> ca.SX:

@@ -19,16 +19,24 @@ The guards of the two rows, in the order of `symfric.lower.mode_layout`:
     starts, or has no force:     w_1,           -w_1;   w_2, -w_2
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import casadi as ca
 
 from symfric.lower.constraint_forces import FOLLOWS
 from symfric.lower.mode_layout import OtherContact
+from symfric.model.system import Contact
 
 STARTS = -1.0  # mark of a contact in the plane whose direction is given
 TURNS = 8  # order to which it is given
 SINCE = 2 * (TURNS + 1)  # place of t_0 in the variables of a contact, behind e_0, e_1, ...
+
+
+def rows_of(contact: Contact) -> list[Contact]:
+    """Return a contact along a line as it is, and one in the plane as the two components of its slip."""
+    if contact.across is None:
+        return [contact]
+    return [contact, replace(contact, name=f"{contact.name}[1]", slip=contact.across, across=None)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -773,6 +773,14 @@ def dissipated_power(contact: str) -> sp.Symbol:
 OF_CONTACTS = {f.__name__: f for f in (friction_force, slip, normal_force, stored_energy, dissipated_power)}
 
 
+def vector_words(output: str, contact: str) -> str:
+    """Return why an output cannot have the friction force of a contact in the plane."""
+    return (
+        f"output {output!r} uses the friction force of contact {contact!r}, which is a vector; write "
+        f"sf.friction_force({contact!r}, 0) or (..., 1) for its components"
+    )
+
+
 def observables_of(contact: str, in_plane: bool) -> list[sp.Symbol]:
     """Return the symbols of a contact that outputs may contain."""
     found = [make(contact) for make in OF_CONTACTS.values()]

@@ -11,8 +11,9 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.contact_states import with_states, without_states
 from symfric.model.held import Held, in_order
+from symfric.model.in_plane import refuse_planes
 from symfric.model.laws.law import Shape
-from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, observables_of, read_outputs
+from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, observables_of, read_outputs, vector_words
 from symfric.model.quantities import is_quantity, number_of, without_units
 from symfric.model.resets import Reset, check_resets, crossings_of
 from symfric.model.symbols import (
@@ -30,7 +31,7 @@ from symfric.model.symbols import (
     refuse_speed,
     shortened,
 )
-from symfric.model.system import Contact, Signal, System, refuse_planes
+from symfric.model.system import Contact, Signal, System
 from symfric.model.units import Units, check_outputs, units_of
 from symfric.model.validation import (
     check_contacts,
@@ -281,10 +282,7 @@ class Scene:
                         contacts = [c.name for c in self.contacts]
                         bare = s.name.split("(", 1)[1][:-1]
                         if any(c.name == bare for c in self.contacts):
-                            raise SceneError(
-                                f"output {name!r} uses the friction force of contact {bare!r}, which is a vector; "
-                                f"write sf.friction_force({bare!r}, 0) or (..., 1) for its components"
-                            )
+                            raise SceneError(vector_words(name, bare))
                         raise SceneError(f"output {name!r} uses contact {bare!r}{nearest(bare, contacts)}")
 
     def _check_numbers(self) -> None:

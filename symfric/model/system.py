@@ -475,13 +475,6 @@ class Contact:
         return own | set().union(*(e.free_symbols for e in (*self.slips, self.normal, self.profile, self.law)))
 
 
-def refuse_planes(contacts: Sequence[Contact], what: str) -> None:
-    """Raise if a contact slides in the plane; `what` says what takes contacts along a line only."""
-    for c in contacts:
-        if c.in_plane:
-            raise SceneError(f"contact {c.name!r} slides in the plane; {what} takes contacts along a line")
-
-
 @dataclass(frozen=True, eq=False)
 class Signal:
     """A sampled input, linear between its samples, or held from each to the next; zero outside them.

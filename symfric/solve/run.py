@@ -300,6 +300,11 @@ class Run(ArrayResult):
         ndarray, shape (n,)
             Changes below a millionth of the largest value are none.
 
+        Raises
+        ------
+        SceneError
+            If there is no such state.
+
         Examples
         --------
         >>> import sympy as sp

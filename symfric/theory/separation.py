@@ -9,11 +9,12 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.long_calls import logged
 from symfric.model.excitation import frequency_of
+from symfric.model.in_plane import refuse_planes
 from symfric.model.laws import Law
 from symfric.model.outputs import OutputOfExpression
 from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import SPEED, TIME
-from symfric.model.system import Contact, System, refuse_planes
+from symfric.model.system import Contact, System
 
 _SIN, _COS = sp.Dummy("sin", real=True), sp.Dummy("cos", real=True)
 

@@ -23,9 +23,10 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.constant_parameters import vanishing
 from symfric.model.contact_states import coefficient, rates_by_side
+from symfric.model.in_plane import refuse_planes
 from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import SPEED, TIME
-from symfric.model.system import Contact, System, refuse_planes
+from symfric.model.system import Contact, System
 from symfric.theory.springs_with_sliders import Spring, replaced
 
 Values = Mapping[sp.Symbol, float]

@@ -20,10 +20,11 @@ from symfric.errors import SceneError
 from symfric.locks import OPTIMISER, SYMBOLIC, alone
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.excitation import is_excited
+from symfric.model.in_plane import refuse_planes
 from symfric.model.laws.law import refuse_memory
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
-from symfric.model.system import Contact, refuse_planes
+from symfric.model.system import Contact
 
 FIRST, LAST = 3, 7  # collocation points in an element: while modes are unknown, and with fixed modes
 SLIDE = 1e-6  # slip relative to the largest one below which an element sticks

@@ -12,11 +12,11 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
+from symfric.model.in_plane import refuse_planes
 from symfric.model.laws import Law
 from symfric.model.outputs import End
 from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import TIME, name_of
-from symfric.model.system import refuse_planes
 from symfric.theory.separation import separate
 
 Given: TypeAlias = Mapping[sp.Symbol, Any]  # value of each parameter that is not designed

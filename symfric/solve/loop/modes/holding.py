@@ -82,6 +82,7 @@ def _try_to_hold(w: LoopArrays, n_x: int, n_c: int, horizon: float) -> None:
         may, alone = _may_hold(w, n_x, n_c, i)
         if not may:
             continue
+        loaded = not idles(w, n_x + backward(i))
         for k in range(sign(0, n_c)):
             w.selection.kept[k] = w.m[k]
         w.m[i] = FOLLOWS
@@ -89,7 +90,7 @@ def _try_to_hold(w: LoopArrays, n_x: int, n_c: int, horizon: float) -> None:
         if alone and w.m[i] == HOLDS:
             _hold_followers(w, n_c)
         holds = (w.m[i] != HOLDS or alone) and _holds(w, n_x, n_c, horizon)
-        if not holds or (_reached(w, i) and not _is_clear(w, n_x, n_c)):
+        if not holds or (loaded and _reached(w, i) and not _is_clear(w, n_x, n_c)):
             for k in range(sign(0, n_c)):
                 w.m[k] = w.selection.kept[k]
             share(w, n_c)
