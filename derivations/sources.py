@@ -24,6 +24,7 @@ SOURCES = (
     "foundation",
     "waviness",
     "presliding",
+    "plane",
     "numbers",
 )
 CHUNK = 6  # neighbouring entries share intermediate results, so they go to one process

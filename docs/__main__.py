@@ -21,7 +21,8 @@ def main() -> int:
     arguments = parser.parse_args()
     from sphinx.cmd.build import main as sphinx
 
-    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [str(FOLDER.parent), os.environ.get("PYTHONPATH")]))
+    own = (FOLDER.parent, FOLDER.parent / "derivations" / "evidence")  # of this checkout, for executed pages
+    os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [*map(str, own), os.environ.get("PYTHONPATH")]))
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # small matrices; more threads wait for each other where others work too
     os.environ["SYMFRIC_DOCS_FRESH"] = "yes" if arguments.fresh else ""

@@ -51,13 +51,16 @@ class Automaton:
         scales of zero tests; then the normal load times the profile, and static minus kinetic coefficient at rest,
         neither of which may be negative; then the slip acceleration if no force cancelled another, the scale of its
         rounding. Then ``J M^-1 J^T``, (n_c, n_c), and ``M^-1 J^T``, (n_u, n_c), row by row, and ``J^T`` likewise
-        unless no two slips have a mass in common; last the sizes of `symfric.lower.cell_edges.Edges`.
+        unless no two slips have a mass in common; the sizes of `symfric.lower.cell_edges.Edges`; last, if there are
+        contacts in the plane, the largest friction of every contact at rest and just after its release.
     states : tuple of str
         Names.
     layout : ModeLayout
         Where m and the guards have what belongs to a contact.
     sticks : tuple of bool
         Whether each contact can stick; a smooth law cannot.
+    planes : tuple of int
+        Of every contact in the plane the index of its first row among the contacts along a line.
     parameters : tuple of Symbol
         Order of the first entries of p; then, for each input, start, value and slope of its current sample interval.
     inputs : tuple of Symbol
@@ -99,6 +102,7 @@ class Automaton:
     dependent: tuple[bool, ...]
     transition: ca.Function | None = None
     impact: ca.Function | None = None
+    planes: tuple[int, ...] = ()
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -168,6 +172,7 @@ def automaton_of(model: ContactDynamics, rows: Sequence[sp.Expr] = ()) -> Automa
         dependent=tuple(model.dependent),
         transition=transition_of(model.springs, model.y, model.t, model.p, mode),
         impact=impact_of(model),
+        planes=tuple(plane.row for plane in model.planes),
     )
 
 
@@ -185,8 +190,13 @@ def observed(model: ContactDynamics, friction: ca.SX, rows: Sequence[sp.Expr]) -
     guards: list[ca.SX] = []
     friction, rooms = rooms_left(model, friction)
     opens = {e.line: e.mode for e in model.openings}
+    planes = {plane.row: plane for plane in model.planes}
     for i, (behind, ahead) in enumerate(rooms):
-        if contacts[i].law.smooth:
+        if i in planes:
+            guards += planes[i].row_guards(load[i] * model.static[i], friction[planes[i].rows])
+        elif i - 1 in planes:
+            continue
+        elif contacts[i].law.smooth:
             guards += [d[i] * w[i], ca.SX(1)]
         else:
             sticks, idle = s[i] > 0.5, s[i] == FOLLOWS
@@ -196,6 +206,16 @@ def observed(model: ContactDynamics, friction: ca.SX, rows: Sequence[sp.Expr]) -
             own += [ca.if_else(idle, -w[i], ca.if_else(sticks, ahead, 1))]
             guards += [e if i not in opens else ca.if_else(opens[i] > 0.5, 0, e) for e in own]
     for i, c in enumerate(contacts):
+        if i in planes:
+            plane = planes[i]
+            model.define(friction_force(c.name, 0), friction[i])
+            model.define(friction_force(c.name, 1), friction[i + 1])
+            model.define(normal_force(c.name), model.read(c.normal))
+            model.define(slip(c.name), ca.if_else(plane.flag > 0.5, 0, plane.speed))
+            model.define(stored_energy(c.name), ca.SX(0))
+            model.define(dissipated_power(c.name), -ca.dot(friction[plane.rows], plane.w))
+        if i in planes or i - 1 in planes:
+            continue
         model.define(friction_force(c.name), friction[i])
         if c.unilateral is None:
             model.define(normal_force(c.name), model.read(c.normal))
@@ -205,15 +225,16 @@ def observed(model: ContactDynamics, friction: ca.SX, rows: Sequence[sp.Expr]) -
         model.define(dissipated_power(c.name), -friction[i] * w[i] - load[i] * gained)
     observables = model.vector(list(rows))
     _ = model.z_rate  # its kinks are switches with guards, too
-    loads = tuple(
-        c.name
-        for c in contacts
-        if c.unilateral is None and _may_lift((c.normal * c.profile).xreplace(model.constants), model)
-    )
+    lifting = [
+        i
+        for i, c in enumerate(contacts)
+        if c.unilateral is None and i - 1 not in planes
+        if _may_lift((c.normal * c.profile).xreplace(model.constants), model)
+    ]
     guards += model.switches.guards
-    guards += [load[i] for i, c in enumerate(contacts) if c.name in loads]
+    guards += [load[i] for i in lifting]
     guards += [guard for spring in model.springs for guard in spring.guards]
-    return (ca.vertcat(*guards) if guards else ca.SX(0, 1)), observables, loads
+    return (ca.vertcat(*guards) if guards else ca.SX(0, 1)), observables, tuple(contacts[i].name for i in lifting)
 
 
 def _gauge(model: ContactDynamics) -> ca.Function:
@@ -233,8 +254,9 @@ def _gauge(model: ContactDynamics) -> ca.Function:
     forces = ca.fabs(spread).T @ pushed + ca.fabs(coupling) @ reach
     coupled = ca.sparsify(coupling).nnz() > n_c
     slopes = ca.vec(ca.densify(J)) if coupled else ca.SX(0, 1)
-    out = (w, terms, pull, model.load, margin, forces, ca.vec(coupling), ca.vec(spread.T), slopes, edges.sizes)
-    names = ["w", "scale", "pull", "load", "margin", "forces", "coupling", "spread", "slopes", "edges"]
+    limits = ca.vertcat(model.load * model.static, model.load * model.at_rest) if model.planes else ca.SX(0, 1)
+    out = (w, terms, pull, model.load, margin, forces, ca.vec(coupling), ca.vec(spread.T), slopes, edges.sizes, limits)
+    names = ["w", "scale", "pull", "load", "margin", "forces", "coupling", "spread", "slopes", "edges", "limits"]
     moving = [
         e for s in model.springs if not isinstance(s, Clocks) for e in ca.vertsplit(s.variables)
     ]  # then their forces are largest

@@ -27,6 +27,7 @@ from symfric.lower.held_velocities import held_velocities
 from symfric.lower.linear_part import force_in, mass_in, rows_in
 from symfric.lower.load_sharing import dependent, parallels
 from symfric.lower.mode_layout import JUST_AFTER
+from symfric.lower.planes import Plane, rows_of
 from symfric.lower.printer import Printer, Switches
 from symfric.lower.slider_sets import SliderSet
 from symfric.lower.spring_sliders import Spring, with_forces
@@ -77,7 +78,9 @@ class ContactDynamics:
     horizon : float
         Length of a run, a scale of time.
     contacts : tuple of Contact
-        Those along a line.
+        Those along a line; one in the plane is two of these, the components of its slip.
+    planes : list of Plane
+        The contacts in the plane.
     springs : list of Spring
         The contacts behind springs; their forces are among the applied ones. Then the normal directions of contacts
         that open, last the clocks.
@@ -95,7 +98,7 @@ class ContactDynamics:
         free: Mapping[sp.Symbol, ca.SX] | None = None,
         rows: Mapping[sp.Symbol, ca.SX] | None = None,
     ) -> None:
-        self.contacts = tuple(c for c in contacts if c.along_line)
+        self.contacts = tuple(row for c in contacts if c.along_line for row in rows_of(c))
         behind = tuple(c for c in contacts if not c.along_line and not c.frictionless)
         self.system, self.inputs = with_forces(system, behind), tuple(inputs)
         self.constants, free = dict(constants or {}), free or {}
@@ -118,6 +121,7 @@ class ContactDynamics:
         self.moving = {*system.states, *system.rows, TIME, *self.inputs, *free}
         self._print = Printer(symbols, self.moving, self.switches)
         self.openings = self._openings(contacts)
+        self.planes: list[Plane] = []
         n_c = len(self.contacts)
         self.s, self.d = ca.SX.sym("s", n_c), ca.SX.sym("d", n_c)
         slips, loads, frictions = [], [], []
@@ -126,13 +130,19 @@ class ContactDynamics:
             loads.append(self.read(c.normal * c.profile))
             if c.law.memory:
                 frictions.append(-loads[i] * self._remembered(c, slips[i], self.d[i], c.law.memory.force))
+            elif c.across is not None:
+                pair = ca.vertcat(slips[i], self.read(c.across))
+                self.planes.append(Plane(c.name, i, pair, self.s[i], self.t))
+                frictions.append(self._in_plane(self.planes[-1], loads[i], 0))
+            elif self.planes and self.planes[-1].row == i - 1:
+                frictions.append(self._in_plane(self.planes[-1], loads[i], 1))
             else:
                 frictions.append(-self.d[i] * loads[i] * self.kinetic(i, self.d[i] * slips[i]))
         self.slip, self.load, self._sliding = (_column(e) for e in (slips, loads, frictions))
-        self.springs: list[Spring | SliderSet | Opening | Clocks] = [
+        self.springs: list[Spring | SliderSet | Opening | Plane | Clocks] = [
             self._sliders(c) if c.law.memory else self._spring(c) for c in behind
         ]
-        self.springs += self.openings
+        self.springs += [*self.planes, *self.openings]
 
     def _openings(self, contacts: Sequence[Contact]) -> list[Opening]:
         """Return the contacts that open, stops first; expressions read later may contain their normal forces."""
@@ -327,6 +337,10 @@ class ContactDynamics:
         inside = {**self._print.symbols, SPEED: speed}
         show = Printer(inside, {*self.moving, SPEED}, self.switches, scope=contact.name)
         return show(bridged(contact.law.where(self.constants)))
+
+    def _in_plane(self, plane: Plane, load: ca.SX, component: int) -> ca.SX:
+        """Return a component of the friction of a contact in the plane while it slips."""
+        return -load * self.kinetic(plane.row, plane.speed) * plane.direction[component]
 
     def _remembered(self, contact: Contact, slip: ca.SX, side: ca.SX, expr: sp.Expr) -> ca.SX:
         """Return the graph of an expression of a law with memory, with the slip of its contact and its direction."""

@@ -38,6 +38,8 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
     out = model.unswitched(with_normal_forces(model, acceleration, [applied, contact])[1])
     if slip.numel():
         out = ca.substitute(out, [model.s, model.d], [lines == 0, ca.if_else(lines < 0, -1, 1)])
+    for plane in model.planes:  # its direction is that of its slip
+        out = ca.substitute(out, [plane.variables], [ca.SX.zeros(plane.variables.numel())])
     if model.openings:
         shown = iter(ca.vertsplit(stops))
         is_open = [(lines[e.line] if e.line >= 0 else next(shown)) == OPEN for e in model.openings]

@@ -227,8 +227,8 @@ def without_harmonics(scene: Scene) -> Scene:
     Raises
     ------
     NoRoute
-        If a slip depends on time other than linearly, the load of a contact behind a spring is a harmonic, or a
-        harmonic depends on the state.
+        If a slip depends on time other than linearly, the load of a contact behind a spring is a harmonic, a harmonic
+        depends on the state, or there are held variables or resets.
     """
     for c in scene.contacts:
         if TIME in c.slip.diff(TIME).free_symbols:
@@ -247,6 +247,8 @@ def without_harmonics(scene: Scene) -> Scene:
     outputs = {**scene.outputs, **{n: replace(o, expr=clock.read(o.expr)) for n, o in scalar.items()}}
     if not clock.states:
         return scene
+    if scene.clocks:
+        raise NoRoute("held variables and resets beside functions of time are for the route 'taylor'")
     rates = [*z_rate, *(rate for _, rate in clock.states.values())]
     system = System(system.q, system.u, system.mass, force, [*system.z, *clock.states], rates, linear)
     starts = {z: start for z, (start, _) in clock.states.items()}

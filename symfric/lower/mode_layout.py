@@ -72,9 +72,11 @@ class OtherContact:
     clocks : bool
         Whether these are clocks, which come last, and whose events are none of contacts.
     line : int
-        Index of the contact along a line whose normal direction this is, or -1.
+        Index of the contact along a line whose normal direction this is, or which is its first component, or -1.
     opens : bool
         Whether it opens; such contacts come after those behind springs. See `symfric.lower.unilateral`.
+    in_plane : bool
+        Whether it slides in the plane, with rows `line` and `line` + 1. See `symfric.lower.planes`.
     crossings, resets : int
         How many of the last guards are those of crossings, see `symfric.lower.crossings`, whose sides are the last
         variables; and how many of the last ones are those of resets.
@@ -86,6 +88,7 @@ class OtherContact:
     clocks: bool = False
     line: int = -1
     opens: bool = False
+    in_plane: bool = False
     crossings: int = 0
     resets: int = 0
 
@@ -138,6 +141,23 @@ class ModeLayout:
     def first_opening(self) -> int:
         """Index of the first guard of contacts that open; where those would be without them."""
         return self.first_clock - sum(c.guards for c in self.others if c.opens)
+
+    @property
+    def partners(self) -> list[int]:
+        """For every contact along a line, the other component of one in the plane, or -1."""
+        found = [-1] * len(self.lines)
+        for c in (c for c in self.others if c.in_plane):
+            found[c.line], found[c.line + 1] = c.line + 1, c.line
+        return found
+
+    @property
+    def planes(self) -> list[int]:
+        """For every contact along a line, the index in m of the first variable of its plane, or -1."""
+        found = [-1] * len(self.lines)
+        for first, c in self._places:
+            if c.in_plane:
+                found[c.line], found[c.line + 1] = first, first
+        return found
 
     @property
     def n_gaps(self) -> int:

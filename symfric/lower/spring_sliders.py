@@ -18,6 +18,7 @@ import casadi as ca
 
 from symfric.lower.clocks import Clocks
 from symfric.lower.mode_layout import OtherContact
+from symfric.lower.planes import Plane
 from symfric.lower.slider_sets import SliderSet
 from symfric.lower.unilateral import Opening
 from symfric.model.outputs import friction_force
@@ -123,7 +124,7 @@ def with_forces(system: System, contacts: Sequence[Contact]) -> System:
 
 
 def transition_of(
-    springs: Sequence[Spring | SliderSet | Opening | Clocks], y: ca.SX, t: ca.SX, p: ca.SX, mode: ca.SX
+    springs: Sequence[Spring | SliderSet | Opening | Plane | Clocks], y: ca.SX, t: ca.SX, p: ca.SX, mode: ca.SX
 ) -> ca.Function | None:
     """Return what the events of contacts behind springs do; see `symfric.lower.automaton.Automaton.transition`."""
     if not springs:

@@ -252,11 +252,16 @@ def _period(excitation: Excitation, numbers: tuple[float, ...]) -> float:
 
 @lru_cache(1024)
 def _period_by(excitation: Excitation, numbers: tuple[float, ...], parameters: tuple[str, ...]) -> np.ndarray:
-    period, rates = _period(excitation, numbers), excitation._frequencies(numbers)
+    period = _period(excitation, numbers)
+    if len(excitation.rates) == 1:
+        (slopes,), rate = excitation._slopes(parameters)(*numbers), 2 * np.pi / period
+        sign = np.sign(excitation._frequencies(numbers)[0])
+        return np.array([-period * sign * float(slope) / rate for slope in slopes])
+    rates = excitation._frequencies(numbers)
     slopes = np.array(excitation._slopes(parameters)(*numbers), dtype=float).reshape(len(rates), len(parameters))
     runs = rates != 0
     relative = slopes[runs] / rates[runs, None]
-    if not np.allclose(relative, relative[0], rtol=_ALIKE, atol=0.0) or np.any(slopes[~runs]):
+    if np.any(np.abs(relative - relative[0]) > _ALIKE * np.abs(relative[0])) or np.any(slopes[~runs]):
         raise SceneError(
             f"{' and '.join(parameters)} changes some frequencies of the excitation and not others, "
             f"{', '.join(map(str, excitation.rates))}: they keep no common period; let it change all or none"
@@ -277,8 +282,8 @@ def common_rate(rates: Iterable[float]) -> float | None:
     True
     """
     sizes = sorted(abs(float(rate)) for rate in rates if rate != 0)
-    if not sizes:
-        return None
+    if len(sizes) < 2:
+        return sizes[0] if sizes else None
     ratios = [ratio for ratio in (_simple(size / sizes[0]) for size in sizes) if ratio is not None]
     if len(ratios) < len(sizes):
         return None

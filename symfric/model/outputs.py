@@ -638,17 +638,24 @@ def words(of: type[Output] = Output) -> dict[str, type[Output]]:
     return found
 
 
-def friction_force(contact: str) -> sp.Symbol:
+def friction_force(contact: str, component: int | None = None) -> sp.Symbol:
     """Return the friction force of a contact (on the body, along its slip) for use inside output expressions.
 
     Parameters
     ----------
     contact : str
         Its name.
+    component : {0, 1}, optional
+        Of the force of a contact in the plane, along the first or the second of its slips.
 
     Returns
     -------
     Symbol
+
+    Raises
+    ------
+    SceneError
+        If the component is neither 0 nor 1.
 
     Examples
     --------
@@ -659,11 +666,13 @@ def friction_force(contact: str) -> sp.Symbol:
     >>> round(run["work"], 6)
     5.793097
     """
-    return sp.Symbol(f"friction_force({contact})", real=True)
+    if component not in (None, 0, 1):
+        raise SceneError(f"the component of a friction force is {component!r}; in the plane there are 0 and 1")
+    return sp.Symbol(f"friction_force({contact}{'' if component is None else f', {component}'})", real=True)
 
 
 def slip(contact: str) -> sp.Symbol:
-    """Return the slip velocity of a contact for use inside output expressions.
+    """Return the slip velocity of a contact for use inside output expressions; in the plane the speed.
 
     Parameters
     ----------
@@ -762,6 +771,23 @@ def dissipated_power(contact: str) -> sp.Symbol:
 
 
 OF_CONTACTS = {f.__name__: f for f in (friction_force, slip, normal_force, stored_energy, dissipated_power)}
+
+
+def vector_words(output: str, contact: str) -> str:
+    """Return why an output cannot have the friction force of a contact in the plane."""
+    return (
+        f"output {output!r} uses the friction force of contact {contact!r}, which is a vector; write "
+        f"sf.friction_force({contact!r}, 0) or (..., 1) for its components"
+    )
+
+
+def observables_of(contact: str, in_plane: bool) -> list[sp.Symbol]:
+    """Return the symbols of a contact that outputs may contain."""
+    found = [make(contact) for make in OF_CONTACTS.values()]
+    if in_plane:
+        found[0] = friction_force(contact, 0)
+        found.append(friction_force(contact, 1))
+    return found
 
 
 def read_outputs(outputs: Mapping[str, Output] | None) -> dict[str, Output]:

@@ -11,8 +11,9 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.contact_states import with_states, without_states
 from symfric.model.held import Held, in_order
+from symfric.model.in_plane import refuse_planes
 from symfric.model.laws.law import Shape
-from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, read_outputs
+from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, observables_of, read_outputs, vector_words
 from symfric.model.quantities import is_quantity, number_of, without_units
 from symfric.model.resets import Reset, check_resets, crossings_of
 from symfric.model.symbols import (
@@ -248,8 +249,7 @@ class Scene:
         return {s.name: s for s in self.system.states}
 
     def _contact_symbols(self) -> dict[str, sp.Symbol]:
-        symbols = [make(c.name) for c in self.contacts for make in OF_CONTACTS.values()]
-        return {s.name: s for s in symbols}
+        return {s.name: s for c in self.contacts for s in observables_of(c.name, c.in_plane)}
 
     def _read_initial(self, initial: Mapping[Key, float | sp.Expr]) -> None:
         states = self._state_names()
@@ -281,6 +281,8 @@ class Scene:
                     if s.name.startswith(tuple(f"{name}(" for name in OF_CONTACTS)) and s.name not in known:
                         contacts = [c.name for c in self.contacts]
                         bare = s.name.split("(", 1)[1][:-1]
+                        if any(c.name == bare for c in self.contacts):
+                            raise SceneError(vector_words(name, bare))
                         raise SceneError(f"output {name!r} uses contact {bare!r}{nearest(bare, contacts)}")
 
     def _check_numbers(self) -> None:
@@ -506,7 +508,8 @@ class Scene:
         Raises
         ------
         SceneError
-            If a contact is behind a spring: its law has no jump, its force follows from the spring.
+            If a contact is behind a spring: its law has no jump, its force follows from the spring. If one opens, or
+            slides in the plane.
         """
         for c in (c for c in self.contacts if c.stiffness is not None):
             raise SceneError(
@@ -517,6 +520,7 @@ class Scene:
                 f"contact {c.name!r} opens; a regularised law does not define friction in an impact, and its normal "
                 "direction has none"
             )
+        refuse_planes(self.contacts, "a regularised law")
         contacts = tuple(replace(c, law=c.law.regularised(v_s, shape)) for c in self.contacts)
         return replace(self, contacts=contacts, values=self._still_used(contacts, self.initial, self.outputs))
 

@@ -29,10 +29,13 @@ def spring_of(name: str) -> sp.Symbol:
 
 
 def in_order(contacts: "Sequence[Contact]") -> "tuple[Contact, ...]":
-    """Return contacts as the loops number them: along a line, behind springs, stops without friction."""
+    """Return contacts as the loops number them: along a line, behind springs, stops without friction.
+
+    One in the plane is there twice, once for each component of its slip.
+    """
     behind = [c for c in contacts if not c.along_line]
     stops = [c for c in behind if c.frictionless]
-    return (*(c for c in contacts if c.along_line), *(c for c in behind if not c.frictionless), *stops)
+    return (*(c for c in contacts if c.along_line for _ in c.slips), *(c for c in behind if not c.frictionless), *stops)
 
 
 def with_springs(system: "System", contacts: "Sequence[Contact]") -> "System":

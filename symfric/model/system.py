@@ -264,13 +264,16 @@ def _whole(e: sp.Expr) -> sp.Expr:
 class Contact:
     """One dry contact; friction on the body is ``-sign(slip) * normal * profile * mu(|slip|)``.
 
-    A law with memory brings states of its own, see `states`.
+    With a pair of slips, the components of a slip vector, it slides in a plane: friction has the magnitude
+    ``normal * profile * mu(|slip|)`` and opposes the vector; at rest it is any force within a disc. A law with memory
+    brings states of its own, see `states`.
 
     Attributes
     ----------
     name : str
-    slip : Expr or None
-        Relative velocity, linear in the velocities u; may depend on q and time. None, which becomes zero, for a stop
+    slip : Expr, pair of Expr, or None
+        Relative velocity, linear in the velocities u; may depend on q and time. Two components of a contact in the
+        plane, of which this attribute is the first one, and `across` the second. None, which becomes zero, for a stop
         without friction.
     normal : Expr or Unilateral
         Normal load, >= 0; may depend on state and time, and be the normal force of another contact. A
@@ -285,6 +288,8 @@ class Contact:
         unless given. The law must be Coulomb's with one coefficient. See `symfric.model.springs`.
     unilateral : Unilateral or None
         Gap and restitution of a contact that opens; given as `normal`.
+    across : Expr or None
+        Second component of the slip of a contact in the plane; given with `slip`.
 
     Examples
     --------
@@ -295,6 +300,10 @@ class Contact:
     >>> belt = sf.Contact("belt", slip=u - v_b, normal=1, law=sf.laws.coulomb(0.4, 0.3))
     >>> sorted(s.name for s in belt.free_symbols)
     ['u', 'v_b']
+    >>> w = sp.Symbol("w", real=True)
+    >>> table = sf.Contact("table", slip=(u, w), normal=1, law=sf.laws.coulomb(0.3))
+    >>> table.in_plane, table.slips
+    (True, (u, w))
     """
 
     name: str
@@ -304,14 +313,17 @@ class Contact:
     profile: sp.Expr = field(default=sp.Integer(1))
     stiffness: sp.Expr | None = None
     unilateral: Unilateral | None = None
+    across: sp.Expr | None = None
 
     @alone(SYMBOLIC)
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
             raise SceneError(f"the name of a contact is {self.name!r}; it must be a string")
         legible(self.name, "a contact")
+        if isinstance(self.slip, Sequence | np.ndarray | sp.MatrixBase) and not isinstance(self.slip, str):
+            self._read_pair(list(self.slip))
         self._read_unilateral()
-        for what in ("slip", "normal", "profile"):
+        for what in ("slip", "normal", "profile", *(("across",) if self.in_plane else ())):
             where = f"{what} of contact {self.name!r}"
             value = with_steps(expression(getattr(self, what), where), where)
             refuse_jumps(value, where)
@@ -338,6 +350,23 @@ class Contact:
                 f"the load or the law of contact {self.name!r} steps in time, and the contact is behind a spring, "
                 "whose force would jump with it; let it change over a short time"
             )
+
+    def _read_pair(self, slips: list[sp.Expr]) -> None:
+        """Take the two components of the slip of a contact in the plane, and check what goes with them."""
+        if len(slips) != 2:
+            raise SceneError(
+                f"slip of contact {self.name!r} has {len(slips)} entries; give one expression, or "
+                "a pair for a contact in the plane"
+            )
+        object.__setattr__(self, "slip", slips[0])
+        object.__setattr__(self, "across", slips[1])
+        if isinstance(self.normal, Unilateral):
+            raise SceneError(
+                f"contact {self.name!r} slides in the plane and opens; in the plane its normal load must be given"
+            )
+        if self.stiffness is not None or (isinstance(self.law, Law) and (self.law.memory or self.law.smooth)):
+            what = "a stiffness" if self.stiffness is not None else "a law with memory or a regularised one"
+            raise SceneError(f"contact {self.name!r} slides in the plane and has {what}; in the plane use a dry law")
 
     def _read_unilateral(self) -> None:
         """Put the symbol of the normal force in place of a unilateral normal direction, and check what goes with it."""
@@ -370,6 +399,16 @@ class Contact:
             )
 
     @property
+    def in_plane(self) -> bool:
+        """Whether it slides in a plane: its slip is a vector."""
+        return self.across is not None
+
+    @property
+    def slips(self) -> tuple[sp.Expr, ...]:
+        """The slip, or its two components."""
+        return (self.slip,) if self.across is None else (self.slip, self.across)
+
+    @property
     def frictionless(self) -> bool:
         """Whether it has no friction: a stop."""
         return self.unilateral is not None and self.slip == 0
@@ -395,7 +434,7 @@ class Contact:
         """Every expression of the contact and of its law."""
         own = () if self.stiffness is None else (self.stiffness,)
         own = own if self.unilateral is None else (*own, self.unilateral.gap, self.unilateral.restitution)
-        return (self.slip, self.normal, self.profile, *own, *self.law.expressions)
+        return (*self.slips, self.normal, self.profile, *own, *self.law.expressions)
 
     def rewritten(self, change: Callable[[sp.Expr], sp.Expr]) -> "Contact":
         """Return the contact with its expressions changed, those of its law apart.
@@ -425,6 +464,7 @@ class Contact:
             profile=change(self.profile),
             stiffness=None if self.stiffness is None else change(self.stiffness),
             unilateral=None if u is None else replace(u, gap=change(u.gap), restitution=change(u.restitution)),
+            across=None if self.across is None else change(self.across),
         )
 
     @property
@@ -432,7 +472,7 @@ class Contact:
         """Every symbol of the contact except the speed in its law."""
         own = set() if self.stiffness is None else self.stiffness.free_symbols
         own = own if self.unilateral is None else own | self.unilateral.free_symbols
-        return own | set().union(*(e.free_symbols for e in (self.slip, self.normal, self.profile, self.law)))
+        return own | set().union(*(e.free_symbols for e in (*self.slips, self.normal, self.profile, self.law)))
 
 
 @dataclass(frozen=True, eq=False)

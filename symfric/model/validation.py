@@ -1,5 +1,6 @@
 """Checks of a scene that need several of its parts or its numbers."""
 
+import itertools
 from collections.abc import Mapping
 
 import numpy as np
@@ -25,20 +26,12 @@ def check_contacts(system: System, contacts: tuple[Contact, ...]) -> None:
         if contact.name in names[:i]:
             raise SceneError(f"two contacts are called {contact.name!r}; give each its own name")
         moving = {*system.u, *(s for s in system.rows if system.linear and system.linear.rows[s].of == "u")}
-        entered = [e for e in moving if e in contact.slip.free_symbols] if system.rows else system.u
-        slopes = [contact.slip.diff(u) for u in entered]
-        if any(slope.free_symbols & moving for slope in slopes):
-            raise SceneError(
-                f"slip of contact {contact.name!r} is {contact.slip}, which is not linear in the velocities u"
-            )
+        for slip in contact.slips:
+            _check_slip(system, contact, slip, moving)
         if contact.unilateral is not None:
             _check_unilateral(system, contact, moving)
-        if all(slope.is_zero for slope in slopes) and not contact.frictionless:
-            raise SceneError(
-                f"slip of contact {contact.name!r} is {contact.slip}; it contains no velocity of the system"
-            )
-        if contact.slip.free_symbols & set(system.z):
-            raise SceneError(f"slip of contact {contact.name!r} is {contact.slip}; it may not depend on z")
+        if contact.in_plane:
+            _check_plane(system, contact, contacts)
         if contact.profile.free_symbols & {*system.u, *system.z, TIME}:
             raise SceneError(f"profile of contact {contact.name!r} is {contact.profile}; it may depend on q only")
         behind = not contact.along_line and not contact.frictionless
@@ -56,6 +49,38 @@ def check_contacts(system: System, contacts: tuple[Contact, ...]) -> None:
                     f"normal of contact {contact.name!r} is {contact.normal}, which may become negative; with sliders "
                     "behind springs write sympy.Max(0, ...) around it"
                 )
+
+
+def _check_slip(system: System, contact: Contact, slip: sp.Expr, moving: set[sp.Symbol]) -> None:
+    """Raise unless a slip is linear in the velocities, of which it contains one."""
+    entered = [e for e in moving if e in slip.free_symbols] if system.rows else system.u
+    slopes = [slip.diff(u) for u in entered]
+    if any(slope.free_symbols & moving for slope in slopes):
+        raise SceneError(f"slip of contact {contact.name!r} is {slip}, which is not linear in the velocities u")
+    if all(slope.is_zero for slope in slopes) and not contact.frictionless:
+        raise SceneError(f"slip of contact {contact.name!r} is {slip}; it contains no velocity of the system")
+    if slip.free_symbols & set(system.z):
+        raise SceneError(f"slip of contact {contact.name!r} is {slip}; it may not depend on z")
+
+
+def _check_plane(system: System, contact: Contact, contacts: tuple[Contact, ...]) -> None:
+    """Raise if the components of a slip are parallel, or with contacts beside that do not go with it."""
+    for other in contacts:
+        if made_of_cells(other.profile):
+            where = "in the plane" if other is contact else f"beside contact {contact.name!r} in the plane"
+            raise SceneError(f"profile of contact {other.name!r} jumps; {where} it must be continuous")
+        if other.unilateral is not None:
+            raise SceneError(
+                f"contact {contact.name!r} slides in the plane and contact {other.name!r} opens; one scene takes the "
+                "one or the other"
+            )
+    first, second = (list(system.slopes(slip)) for slip in contact.slips)
+    crossed = (a * d - b * c for (a, b), (c, d) in itertools.combinations(zip(first, second, strict=True), 2))
+    if all(sp.sympify(e).equals(0) for e in crossed):
+        raise SceneError(
+            f"the two slips of contact {contact.name!r} are {contact.slip} and {contact.across}, which are parallel; "
+            "a contact in the plane needs two directions, one along a line a single slip"
+        )
 
 
 def _check_spring(system: System, contact: Contact, moving: set[sp.Symbol]) -> None:
@@ -132,7 +157,13 @@ def refuse_observables(
     places += [("an entry of the mass matrix", e) for e in system.mass or ()]
     places += [("a load of the structure", e) for e in (system.linear.expressions if system.linear else ())]
     for c in contacts:
-        own = (("slip", c.slip), ("normal", c.normal), ("profile", c.profile), ("stiffness", c.stiffness))
+        own = (
+            ("slip", c.slip),
+            ("slip", c.across),
+            ("normal", c.normal),
+            ("profile", c.profile),
+            ("stiffness", c.stiffness),
+        )
         places += [(f"{part} of contact {c.name!r}", e) for part, e in own if e is not None]
         places += [(f"law of contact {c.name!r}", e) for e in c.law.expressions]
     places += [(f"the initial value of {name}", e) for name, e in initial.items() if isinstance(e, sp.Expr)]

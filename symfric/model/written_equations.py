@@ -7,7 +7,7 @@ import sympy as sp
 from symfric.model.contact_states import coefficient
 from symfric.model.outputs import normal_force
 from symfric.model.springs import spring_of, stop_rate
-from symfric.model.symbols import TIME
+from symfric.model.symbols import SPEED, TIME
 from symfric.model.written_instants import instants_of
 
 if TYPE_CHECKING:
@@ -35,7 +35,14 @@ def equations_of(scene: "Scene") -> tuple[sp.Eq, ...]:
                 {s: sp.Abs(c.slip) for s in c.law.kinetic.free_symbols if s.name == "v" and s.is_positive}
             )
             force = -sp.sign(c.slip) * c.normal * c.profile * mu
-        pull += sp.Matrix([c.slip.diff(u) * force for u in system.u])
+        if c.in_plane:
+            speed = sp.sqrt(sp.Add(*(w**2 for w in c.slips)))
+            mu = c.law.kinetic.xreplace({SPEED: speed})
+            forces = [-c.normal * c.profile * mu * w / speed for w in c.slips]
+        else:
+            forces = [force]
+        for w, force in zip(c.slips, forces, strict=True):
+            pull += sp.Matrix([w.diff(u) * force for u in system.u])
         if c.unilateral is not None:
             pull += sp.Matrix([c.unilateral.gap.diff(q) * c.normal for q in system.q])
     rates = sp.Matrix([moving[u].diff(t) for u in system.u])

@@ -139,23 +139,60 @@ def _peak(scene: Scene, branch: Branch, k: int, tolerance: float) -> Peak:
     """Return where the half range of state k is largest, between the neighbours of the largest orbit."""
     sizes = np.array([o.half_range[k] for o in branch.orbits])
     i = int(np.argmax(sizes))
-    near = branch.orbits[i]
-    best = Peak(float(branch.values[i]), float(sizes[i]), near)
+    best = Peak(float(branch.values[i]), float(sizes[i]), branch.orbits[i])
     if not 0 < i < sizes.size - 1:
         return best
     low, high = sorted((float(branch.values[i - 1]), float(branch.values[i + 1])))
     if not low < best.value < high:
         return best  # a fold
+    return highest(scene, branch.parameter, k, best, (low, high), tolerance)
+
+
+def summits(branch: Branch, k: int) -> list[Peak]:
+    """Return the orbits of a branch whose half range of state k is not below that of their neighbours."""
+    sizes = np.array([o.half_range[k] for o in branch.orbits])
+    beside = np.concatenate([[-np.inf], sizes, [-np.inf]])
+    at = np.flatnonzero((sizes >= beside[:-2]) & (sizes >= beside[2:]))
+    return [Peak(float(branch.values[i]), float(sizes[i]), branch.orbits[i]) for i in at]
+
+
+def highest(
+    scene: Scene,
+    parameter: str,
+    k: int,
+    near: Peak,
+    span: tuple[float, float],
+    tolerance: float,
+    close: float = 1e-9,
+) -> Peak:
+    """Return the response with the largest half range of state k within a span, with a single peak near a given one.
+
+    Parameters
+    ----------
+    scene : Scene
+    parameter : str
+        The frequency.
+    k : int
+    near : Peak
+        Whose orbit leads to those of the span. It is the result where no other is larger; of another scene give it the
+        half range 0.0.
+    span : (float, float)
+    tolerance : float
+        Of the motion.
+    close : float
+        Error of the frequency, relative to it.
+    """
+    best = near
 
     def size(value: float) -> float:
         nonlocal best
         try:
-            orbit = limit_cycle(scene.where({branch.parameter: value}), near, tolerance)
+            orbit = limit_cycle(scene.where({parameter: value}), near.orbit, tolerance)
         except NotFound:
             return 0.0
         if orbit.half_range[k] > best.half_range:
             best = Peak(value, float(orbit.half_range[k]), orbit)
         return -float(orbit.half_range[k])
 
-    minimum(size, low, high, xatol=1e-9 * max(abs(low), abs(high)))
+    minimum(size, *span, xatol=close * max(abs(span[0]), abs(span[1])))
     return best

@@ -19,6 +19,7 @@ from symfric.lower.channels import channels_of
 from symfric.lower.variational_equations import MANY, varied
 from symfric.model.rows import RANGE, TURN, Row
 from symfric.model.scene import Scene
+from symfric.orbits.end_states import EndStates
 from symfric.orbits.recorded_steps import Recorder
 from symfric.orbits.sizes import filled
 from symfric.orbits.variations import Variations
@@ -137,7 +138,7 @@ class DirectedRuns:
 
     def __init__(self, scene: Scene, automaton: Automaton, parameters: tuple[str, ...], tolerance: float):
         n_x = len(automaton.states)
-        self._automaton, self._parameters = automaton, parameters
+        self._automaton, self._parameters, self._ends = automaton, parameters, EndStates(automaton)
         self._slots = n_x if n_x <= MANY else _SLOTS
         directions = (*automaton.states[: self._slots], *parameters)  # the states' columns start with what a run needs
         variations = varied(automaton, scene, directions, automaton.layout.n_gaps)
@@ -184,11 +185,10 @@ class DirectedRuns:
         n_x, n_p = len(self._automaton.states), len(self._parameters)
         n_g, n_s = self._automaton.layout.n_gaps, self._slots + n_p
         n_e = n_x + n_g
-        V = w.y[n_x:-1].reshape(n_s, n_x).T
-        follow = w.observed.total[n_e:, 0].reshape(n_g, n_s)
-        by_start, by_value = np.split(V.copy(), [self._slots], axis=1)
-        gaps = tuple(np.split(follow.copy(), [self._slots], axis=1))
-        return _passage_of(self._automaton, w, log, (by_start, by_value), gaps, bool(w.counts.doubts))
+        V = w.y[n_x:-1].reshape(n_s, n_x).T.copy()
+        follow = w.observed.total[n_e:, 0].reshape(n_g, n_s).copy()
+        by, gaps = ((e[:, : self._slots], e[:, self._slots :]) for e in (V, follow))
+        return _passage_of(self._automaton, self._ends, w, log, by, gaps, bool(w.counts.doubts))
 
 
 class RecordedRun:
@@ -197,7 +197,7 @@ class RecordedRun:
     def __init__(self, scene: Scene, automaton: Automaton, parameters: tuple[str, ...], tolerance: float):
         n_rows = automaton.layout.n_gaps
         channels = channels_of(scene, frozenset(parameters))
-        self._automaton = automaton
+        self._automaton, self._ends = automaton, EndStates(automaton)
         self._other = scene, automaton, parameters, tolerance
         self._variations = Variations(automaton, channels, parameters, n_rows)
         order = order_for(tolerance, len(automaton.states), is_branching(automaton.field))
@@ -225,26 +225,31 @@ class RecordedRun:
             return self._directed.follow(y, p, time)
         by = tuple(np.split(followed.end, [n_x], axis=1))
         gaps = tuple(np.split(followed.rows, [n_x], axis=1))
-        return _passage_of(self._automaton, w, recorder.log(), by, gaps, followed.doubtful), w.p.copy(), w.m.copy()
+        passage = _passage_of(self._automaton, self._ends, w, recorder.log(), by, gaps, followed.doubtful)
+        return passage, w.p.copy(), w.m.copy()
 
 
 def _passage_of(
-    automaton: Automaton, w: LoopArrays, log: Any, by: Sequence[Any], gaps: Sequence[Any], doubtful: bool
+    automaton: Automaton,
+    ends: EndStates,
+    w: LoopArrays,
+    log: Any,
+    by: Sequence[Any],
+    gaps: Sequence[Any],
+    doubtful: bool,
 ) -> Passage:
     """Return the passage of a run."""
     n_x, n_g = len(automaton.states), automaton.layout.n_gaps
     low, high = w.observed.total[n_g : n_g + n_x, 0].copy(), w.observed.total[n_g : n_g + n_x, 1].copy()
-    rate = automaton.field(w.y[:n_x], w.y[-1], w.p[: automaton.field.nnz_in(2)], w.m)[0]
     events = tuple(zip(log[0].tolist(), *log[1].T.tolist(), strict=True))
-    here = {*range(len(automaton.contacts)), *automaton.layout.shown_openings}
     return Passage(
         end=w.y[:n_x].copy(),
         by_start=by[0],
         by_value=by[1],
-        rate=np.array(rate).ravel(),
-        events=tuple(e for e in events if e[1] in here),
-        sliders=tuple(e for e in events if e[1] not in here),
-        modes=tuple(automaton.layout.modes(w.m).tolist()),
+        rate=ends.rate(w.y, w.y.item(-1), w.p, w.m),
+        events=tuple(e for e in events if e[1] in ends.contacts),
+        sliders=tuple(e for e in events if e[1] not in ends.contacts),
+        modes=ends.modes(w.m),
         gaps=w.observed.total[:n_g, 0].copy(),
         gaps_by_start=gaps[0],
         gaps_by_value=gaps[1],

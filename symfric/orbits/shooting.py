@@ -24,6 +24,7 @@ from symfric.orbits.passages import Passage
 
 MOST_STEPS = 25  # of Newton's method
 _HALVINGS = 6  # most halvings of a Newton step that does not reduce the residual
+_LONGER = 10.0  # ratio of the period of a trial to that of the guess, or its inverse, beyond which it is another orbit
 _STEP = 1e-6  # finite-difference step relative to the sizes of the unknowns
 _ROUNDING = 1e-15  # change relative to a step, and to the sizes of the unknowns, that is rounding only
 _NARROW = 1e-6  # least size of a parameter, relative to its span
@@ -158,11 +159,9 @@ class ShootingSystem:
     def _slopes(self, test: TestFunction, z: np.ndarray, passage: Passage) -> np.ndarray:
         if test.slopes:
             return test.slopes(z, passage)
-        blocks = []
-        for step in _STEP * np.diag(self.sizes(z, passage)):
-            ahead, behind = (test.value(z + way * step, self.follow(z + way * step)) for way in (1, -1))
-            blocks.append((ahead - behind) / (2 * np.max(step)))
-        return np.array(blocks)
+        steps, value = _STEP * self.sizes(z, passage), test.value(z, passage)
+        ahead = [z + step for step in np.diag(steps)]
+        return np.array([test.value(there, self.follow(there)) - value for there in ahead]) / steps
 
 
 def solve(
@@ -209,8 +208,11 @@ def _improved(
     step = step_of(system, now, -now.rest, normal, away)
     if not np.all(np.isfinite(step)):
         raise NotFound(_STUCK)
+    period = system.unpack(guess)[1]
     for halving in range(_HALVINGS + 1):
         share = 0.5**halving
+        if not period / _LONGER < system.unpack(now.z + share * step)[1] < period * _LONGER:
+            continue  # a run over it would cost as much as very many orbits
         try:
             then = system.at(now.z + share * step, now.phase, guess[:n])
         except NotFound:

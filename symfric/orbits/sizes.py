@@ -17,8 +17,9 @@ def filled(size: np.ndarray, n_q: int) -> np.ndarray:
     Coordinates and velocities have different units, so each is compared only with its own kind.
     """
     sizes = np.array(size, dtype=float)
-    for kind in kinds(n_q, sizes.size):
-        sizes[kind] = np.maximum(sizes[kind], LEAST * max(np.max(sizes[kind], initial=0.0), _NONE))
+    for part in (sizes[kind] for kind in kinds(n_q, sizes.size)):
+        if part.size:
+            np.maximum(part, LEAST * max(float(part.max()), _NONE), out=part)
     return sizes
 
 

@@ -58,7 +58,7 @@ def facts_of(lowered: LoweredScene) -> Facts:
     scene, automaton = lowered.scene, lowered.automaton
     outputs = list(scene.outputs.values())
     return Facts(
-        contacts=sum(automaton.sticks) + sum(not c.clocks for c in automaton.layout.others),
+        contacts=sum(automaton.sticks) + sum(not c.clocks for c in automaton.layout.others) - 2 * len(automaton.planes),
         kinks=automaton.layout.switches,
         states=len(automaton.states),
         smooth=not (any(automaton.sticks) or automaton.layout.others),
@@ -79,7 +79,8 @@ def redundant(scene: Scene) -> tuple[str, ...]:
     sticking = [c for c in scene.contacts if not c.law.smooth and c.along_line]
     if len(sticking) < 2:
         return ()
-    numbers, slopes = scene.numbers(), [scene.system.slopes(c.slip) for c in sticking]
+    sticking = [c for c in sticking for _ in c.slips]
+    numbers, slopes = scene.numbers(), [scene.system.slopes(w) for c in dict.fromkeys(sticking) for w in c.slips]
     if not all(isinstance(row, np.ndarray) for row in slopes):
         entries = sp.Matrix([list(row) for row in slopes]).xreplace(numbers)
         if entries.free_symbols:

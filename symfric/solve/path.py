@@ -42,12 +42,19 @@ class Path:
     @cached_property
     def jumps(self) -> np.ndarray:
         """Indices of the steps at whose start a state jumps."""
-        if self.t.size < 2:
-            return np.zeros(0, dtype=int)
+        return 1 + np.flatnonzero(self._apart.any(axis=0))
+
+    def jumps_of(self, state: int) -> np.ndarray:
+        """Return the indices of the steps at whose start one state jumps."""
+        return 1 + np.flatnonzero(self._apart[state])
+
+    @cached_property
+    def _apart(self) -> np.ndarray:
+        """Whether each state jumps at the start of every step but the first, shape (n_x, n - 1)."""
         before, after = self.ends(np.arange(self.t.size - 1)), self.coefficients[1:, :, 0].T
         with np.errstate(invalid="ignore"):
-            apart = np.abs(after - before) > _JUMP * np.max(np.abs(self.coefficients[:, :, 0].T), axis=1, keepdims=True)
-        return 1 + np.flatnonzero(apart.any(axis=0))
+            size = np.max(np.abs(self.coefficients[:, :, 0].T), axis=1, keepdims=True, initial=0.0)
+            return np.abs(after - before) > _JUMP * size
 
     def line(self, t: np.ndarray, most: int = 20_000) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return what to draw: times with both sides of the jumps, states there, and the steps to which they belong.

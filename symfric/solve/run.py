@@ -14,7 +14,7 @@ from symfric.model.notebook import changes_of_mode, html_table
 from symfric.model.results import ArrayResult, Labelled
 from symfric.model.scene import Scene
 from symfric.model.springs import in_order
-from symfric.model.symbols import Key, nearest, numbers_of
+from symfric.model.symbols import Key, name_of, nearest, numbers_of
 from symfric.model.units import attributes_of, output_unit, with_unit
 from symfric.solve.path import Path
 from symfric.solve.sensitivities import Derivatives
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Event:
-    """A change of the mode of one contact.
+    """A change of the mode of one contact; what held variables and resets do is in `Run.jumps`.
 
     Attributes
     ----------
@@ -285,8 +285,40 @@ class Run(ArrayResult):
 
     @property
     def jumps(self) -> np.ndarray:
-        """Times at which a state jumps, shape (n,): held variables that change, and resets."""
+        """Times at which any state jumps, shape (n,): held variables that change, and resets."""
         return self.path.t[self.path.jumps]
+
+    def jumps_of(self, state: Key) -> np.ndarray:
+        """Return the times at which one state jumps: its resets, or the changes of a held variable.
+
+        Parameters
+        ----------
+        state : Symbol or str
+
+        Returns
+        -------
+        ndarray, shape (n,)
+            Changes below a millionth of the largest value are none.
+
+        Raises
+        ------
+        SceneError
+            If there is no such state.
+
+        Examples
+        --------
+        >>> import sympy as sp
+        >>> import symfric as sf
+        >>> x, u = sp.symbols("x u", real=True)
+        >>> bounce = sf.Reset(guard=x, set={u: -u / 2})
+        >>> ball = sf.Scene(sf.System([x], [u], [[1]], [-1]), initial={x: 0.5, u: 0}, horizon=2.5, resets=[bounce])
+        >>> sf.simulate(ball).jumps_of("u")
+        array([1., 2.])
+        """
+        name = name_of(state)
+        if name not in self.names:
+            raise SceneError(f"{name!r} is no state{nearest(name, self.names)}")
+        return self.path.t[self.path.jumps_of(self.names.index(name))]
 
     def _within(self, t: npt.ArrayLike) -> np.ndarray:
         """Return times as an array; raise on one outside the run."""

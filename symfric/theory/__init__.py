@@ -3,7 +3,18 @@
 from typing import TYPE_CHECKING
 
 from symfric.model.public_names import names_of
-from symfric.theory import absorber, belt, decay_record, drive, foundation, presliding, scaling, transient, waviness
+from symfric.theory import (
+    absorber,
+    belt,
+    decay_record,
+    drive,
+    foundation,
+    plane,
+    presliding,
+    scaling,
+    transient,
+    waviness,
+)
 from symfric.theory.averaging import average
 from symfric.theory.broken_line import TwoLines, two_lines
 from symfric.theory.equilibrium import Equilibrium, equilibrium
@@ -35,6 +46,7 @@ __all__ = [
     "foundation",
     "hopf",
     "hunting",
+    "plane",
     "presliding",
     "root_locus",
     "scaling",

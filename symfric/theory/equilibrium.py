@@ -123,9 +123,8 @@ def _stretched(
 
 
 def slips(field: Field, p: np.ndarray, x: np.ndarray) -> dict[str, float]:
-    """Return the slip velocity of each contact by name."""
-    values = field.slip(x, p, np.ones(len(field.contacts)))
-    return {c.name: float(w) for c, w in zip(field.contacts, values, strict=True)}
+    """Return the slip velocity of each contact by name, in the plane the speed."""
+    return {c.name: w for c, w in zip(field.contacts, field.speeds(x, p), strict=True)}
 
 
 def solve(field: Field, p: np.ndarray, start: np.ndarray) -> np.ndarray:
@@ -230,7 +229,7 @@ def _check_slipping(field: Field, p: np.ndarray, x: np.ndarray) -> None:
     values = dict(zip((*field.states, *field.parameters), (*x, *p), strict=True))
     if field.system.linear is not None:
         values |= field.system.linear.values(x[: field.n], x[field.n : 2 * field.n])
-    for contact, w in zip(field.contacts, field.slip(x, p, np.ones(len(field.contacts))), strict=True):
+    for contact, w in zip(field.contacts, field.speeds(x, p), strict=True):
         if w != 0 and abs(w) > _ROUNDING * _terms(contact, values):
             continue
         if not rests_smoothly(contact.law, values):
@@ -242,7 +241,8 @@ def _check_slipping(field: Field, p: np.ndarray, x: np.ndarray) -> None:
 
 def _terms(contact: Contact, values: Mapping[sp.Symbol, float]) -> float:
     """Return the sum of the magnitudes of the terms of a slip, the scale of its rounding error."""
-    terms = sum((sp.Abs(term) for term in sp.Add.make_args(sp.expand(contact.slip))), sp.Integer(0))
+    parts = (term for slip in contact.slips for term in sp.Add.make_args(sp.expand(slip)))
+    terms = sum(map(sp.Abs, parts), sp.Integer(0))
     symbols = tuple(sorted(terms.free_symbols, key=str))
     return float(numeric_function(symbols, terms)(*(values[s] for s in symbols)))
 

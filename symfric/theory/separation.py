@@ -9,6 +9,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.long_calls import logged
 from symfric.model.excitation import frequency_of
+from symfric.model.in_plane import refuse_planes
 from symfric.model.laws import Law
 from symfric.model.outputs import OutputOfExpression
 from symfric.model.scene import Scene, check_given_loads, check_scene
@@ -66,6 +67,7 @@ def separate(scene: Scene) -> Scene:
     own = len(system.z) - system.made  # the scene takes the other rates from its contacts
     rates = [_mean(e, f"z_rate[{i}]", fast, system) for i, e in enumerate(system.z_rate[:own])]
     rates += system.z_rate[own:]
+    refuse_planes(scene.contacts, "direct separation of motions")
     contacts = tuple(_effective(c, fast, scene) for c in scene.contacts)
     start = dict(scene.initial)
     for i, (q, u) in enumerate(zip(system.q, system.u, strict=True)):

@@ -23,6 +23,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.constant_parameters import vanishing
 from symfric.model.contact_states import coefficient, rates_by_side
+from symfric.model.in_plane import refuse_planes
 from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import SPEED, TIME
 from symfric.model.system import Contact, System
@@ -63,8 +64,12 @@ class Field:
         self.states, self.n, self.n_z = system.states, len(system.q), len(system.z)
         self.signs = tuple(sp.Dummy(f"s_{c.name}", real=True) for c in contacts)
         model = self._model = ContactDynamics(system, contacts, parameters)
+        self.planes = tuple(plane.row for plane in model.planes)
         sides = model.force + model.slopes.T @ model.sliding if contacts else model.force
         self._sides, self._mass = model.unswitched([ca.vertcat(sides, model.z_rate), ca.densify(model.mass)])
+        for plane in model.planes:  # it slips
+            data = ca.vertcat(plane.flag, plane.variables)
+            self._sides = ca.substitute(self._sides, data, ca.SX.zeros(data.numel()))
         out = [self._sides, ca.jacobian(self._sides, model.y), self._mass, *model.unswitched([model.slip])]
         self._value, self._slopes, self._mass_of, self._slip = (self._function(e) for e in out)
 
@@ -81,8 +86,23 @@ class Field:
         return np.asarray(self._mass_of(x, p, s).toarray())
 
     def slip(self, x: np.ndarray, p: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """Return the slips, shape (n_c,)."""
+        """Return the slips, shape (n_c,), of contacts in the plane both components."""
         return np.asarray(self._slip(x, p, s).toarray().ravel())
+
+    def slips(self, x: np.ndarray, p: np.ndarray) -> np.ndarray:
+        """Return the slips of a state without any directions."""
+        return self.slip(x, p, np.ones(self._model.d.numel()))
+
+    def speeds(self, x: np.ndarray, p: np.ndarray) -> list[float]:
+        """Return the slip of every contact, of those in the plane the speed."""
+        slips, found = self.slips(x, p), []
+        rows = iter(range(len(slips)))
+        for k in rows:
+            if k in self.planes:
+                found.append(float(np.hypot(slips[k], slips[next(rows)])))
+            else:
+                found.append(float(slips[k]))
+        return found
 
     def vector(self, values: Values) -> np.ndarray:
         """Return the parameters as a vector in the order of `parameters`."""
@@ -90,7 +110,7 @@ class Field:
 
     def directions(self, x: np.ndarray, p: np.ndarray) -> np.ndarray:
         """Return the sign of each slip; +1 where it is zero, which occurs for smooth laws only."""
-        return np.where(self.slip(x, p, np.ones(len(self.contacts))) < 0, -1.0, 1.0)
+        return np.where(self.slips(x, p) < 0, -1.0, 1.0)
 
     @alone(SYMBOLIC)
     def curvature(self, x: np.ndarray, p: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -115,6 +135,7 @@ class Field:
     @cached_property
     def parts(self) -> tuple[sp.Expr, ...]:
         """G and Z as expressions of the states, `parameters` and `signs`, length n + n_z."""
+        refuse_planes(self.contacts, "a criterion in symbols")
         rates = rates_by_side(self.system, self.contacts, self.signs)
         parts = [branches(e, self.states) for e in (*self.system.force, *rates)]
         for contact, sign in zip(self.contacts, self.signs, strict=True):

@@ -10,7 +10,18 @@ import pytest
 
 import derivations.sources
 import symfric
-from symfric.theory import absorber, belt, decay_record, drive, foundation, presliding, scaling, transient, waviness
+from symfric.theory import (
+    absorber,
+    belt,
+    decay_record,
+    drive,
+    foundation,
+    plane,
+    presliding,
+    scaling,
+    transient,
+    waviness,
+)
 
 FOLDER = Path(derivations.sources.__file__).parent
 PACKAGE = Path(symfric.__file__).parent
@@ -25,16 +36,17 @@ def used():
 
 
 CLOSED_FORMS = [
-    *(f"{module.__name__}.{name}" for module in (belt, drive) for name in module.__all__ if name != "SYMBOLS"),
+    *(f"{module.__name__}.{name}" for module in (belt, drive, plane) for name in module.__all__ if name != "SYMBOLS"),
     *(
         f"{module.__name__}.{name}"
-        for module in (absorber, decay_record, foundation, presliding, scaling, transient, waviness)
+        for module in (absorber, decay_record, foundation, plane, presliding, scaling, transient, waviness)
         for name, f in vars(module).items()
         if inspect.isfunction(f) and inspect.unwrap(f).__module__ == module.__name__ and not name.startswith("_")
     ),
 ]
 METHODS = ["average", "separate", "hopf", "expansion", "routh_hurwitz", "characteristic_coefficients", "arc_mean"]
 CLASSES = {"SlopeLimits", "PositioningError", "SlidesCycle"}  # what functions return
+CLASSES |= {"BallRolls", "DiscStop", "InclineState", "QuenchComparison", "VibrationComparison"}
 
 
 @pytest.mark.parametrize("name", [*CLOSED_FORMS, *METHODS])

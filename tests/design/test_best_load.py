@@ -1,11 +1,15 @@
 """The normal load of a friction damper with the smallest peak of a forced response."""
 
+import importlib
+
 import numpy as np
 import pytest
 import sympy as sp
 
 import symfric as sf
+from symfric.design.damper.best_load import Peaks
 
+module = importlib.import_module("symfric.design.damper.best_load")
 x, u = sp.symbols("x u", real=True)
 W, N = sp.symbols("W N", positive=True)
 C, K = 0.04, 0.5
@@ -79,3 +83,28 @@ def test_wrong_arguments(name):
 def test_coordinate_is_for_forced_scenes():
     with pytest.raises(sf.SceneError, match="coordinate is for forced scenes"):
         sf.design.damper(sf.scenes.mass_on_belt(v_b=0.2), "beta", (0, 1), (0.1, 0.4), coordinate="u")
+
+
+@pytest.mark.parametrize("value", [3.2, 5.5, 9.0])
+def test_followed_peaks_are_those_of_whole_responses(value):
+    """Between two loads whose whole responses are known, as far apart as in a survey."""
+    peaks = Peaks(forced(), "N", "W", (0.9, 1.4), "x")
+    for known in (0.85 * value, 1.2 * value):
+        peaks(known)
+    followed, whole = peaks.followed(value), Peaks(forced(), "N", "W", (0.9, 1.4), "x")(value)
+    assert followed.half_range == pytest.approx(whole.half_range, rel=1e-8)
+    assert followed.value == pytest.approx(whole.value, rel=1e-4)
+    assert len(peaks.whole) == 2
+
+
+def test_a_peak_that_was_not_followed_is_found_on_whole_responses(monkeypatch):
+    """The design with the local peaks spoilt, so that they miss the highest one, is the same as without them."""
+    arguments = {"parameter": "N", "bounds": (5.0, 7.0), "speeds": (1.0, 1.2), "speed": "W"}
+    monkeypatch.setattr(module, "_SURVEY", 3)
+    monkeypatch.setattr(module, "_CLOSE", 1e-2)
+    right = sf.design.damper(forced(), **arguments)
+    lower = lambda self, value, before: before._replace(half_range=0.9 * before.half_range)  # noqa: E731
+    monkeypatch.setattr(Peaks, "_moved", lower)
+    spoilt = sf.design.damper(forced(), **arguments)
+    assert spoilt.objective == pytest.approx(right.objective, rel=1e-4)
+    assert spoilt.check.agrees

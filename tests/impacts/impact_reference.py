@@ -18,7 +18,7 @@ OPEN, STICKS = 2, 0  # modes; -1 and 1 slip; a closed contact without friction i
 NEAR = 1e-13  # gap up to which contacts strike together
 STILL = 1e-10  # rate, relative to the velocities, that counts as zero
 REST = 1e-6  # rate behind an impact from which bounces are left out, which costs its square
-ROCKS = 1e-7  # the same, relative to the velocities, of contacts that strike in turns
+ROCKS = 1e-6  # the same, relative to the velocities, of contacts that strike in turns
 LOOK = 1e-4  # time after which ties between modes are decided
 FINE = np.linspace(0.0, 1.0, 9)
 
@@ -246,7 +246,8 @@ class Simulator:
         if not np.all(np.isfinite(a)):
             return None, False
         free = self.solved(t, y, [OPEN if u else 1 for u in self.e.unilateral])[0]
-        scale = np.max(np.abs(a)) + np.max(np.abs(free)) + 1e-12
+        M, h, *_ = self.e.core(t, y, self.values)
+        scale = np.max(np.abs(a)) + np.max(np.abs(free)) + np.max(np.abs(np.linalg.solve(M, h))) + 1e-12
         margin = np.inf
         for k in range(self.n_c):
             if mode[k] == OPEN:
@@ -288,7 +289,7 @@ class Simulator:
             y = self.projected(t, y, [0 if k in touch else OPEN for k in range(self.n_c)], moved=True)
         _, rates, slips = e.watched(t, y, self.values)
         M, _, Jn, _, Jt, _, _ = e.core(t, y, self.values)
-        speed = np.max(np.abs(y[n:])) + 1e-9
+        speed = np.max(np.abs(y[n:])) + 1e-4
         small = lambda k: abs(rates[k]) <= STILL * speed  # noqa: E731
         if not any(rates[k] < -STILL * speed and k not in closed for k in touch):
             return y, {k for k in touch if k in closed or small(k)}, False

@@ -20,19 +20,23 @@ def drawn(structure, seed):
 
 
 @cache
-def prepared(make):
+def prepared(make, tolerance=1e-11):
     structure = make()
-    return structure, sf.prepare(structure.scene(*drawn(structure, 0)), tolerance=1e-11)
+    return structure, sf.prepare(structure.scene(*drawn(structure, 0)), tolerance=tolerance)
 
 
 def compare(make, seed):
-    structure, program = prepared(make)
-    values, start = drawn(structure, seed)
-    names = [s.name for s in (*structure.bodies.q, *structure.bodies.u)]
-    run = program.run(values=values, initial=dict(zip(names, start, strict=True))).checked()
-    motion = Simulator(structure.equations, structure.numbers(values)).run(start, structure.horizon)
-    assert not motion.reason
-    assert np.max(np.abs(run.final - motion.final) / (1 + np.abs(motion.final))) < APART
+    """Compare the final states, and again with the finest tolerances of both where many impacts magnify errors."""
+    for tolerance in (1e-11, 1e-14):
+        structure, program = prepared(make, max(tolerance, 1e-13))
+        values, start = drawn(structure, seed)
+        names = [s.name for s in (*structure.bodies.q, *structure.bodies.u)]
+        run = program.run(values=values, initial=dict(zip(names, start, strict=True))).checked()
+        motion = Simulator(structure.equations, structure.numbers(values), tolerance).run(start, structure.horizon)
+        assert not motion.reason
+        if np.max(np.abs(run.final - motion.final) / (1 + np.abs(motion.final))) < APART:
+            return
+    raise AssertionError(f"seed {seed}: {run.final} and {motion.final}")
 
 
 @pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)

@@ -3,11 +3,11 @@
 `stepped` makes small steps and tries all combinations of sticking and slipping in each, until one agrees with the law.
 `failures` looks whether a motion obeys the equations of its modes, and these the law, to the last digits. Velocities
 are reduced to those that the sticking rows leave free, by a basis of their null space: rows that nearly agree are held
-as exactly as any others.
+as exactly as any others. `holding_more` lists what else could stick beside the contacts that do.
 """
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import integrate, linalg, optimize
@@ -31,6 +31,35 @@ class Friction:
     def applied(self, q, u, t):
         """Return the forces without friction."""
         return self.constant + self.drive * np.sin(self.Omega * t) - self.stiffness @ q - self.damping @ u
+
+
+def agrees(friction, mode, resting, q, u, t, lead=1e-5):
+    """Return whether a mode agrees with the law a short time after t, when ties at the bounds are decided.
+
+    The slips in `resting` are zero at t: those that stick need forces within their bounds, the others start in their
+    directions.
+    """
+    acceleration = held(friction, mode, friction.applied(q, u, t))[1]
+    slipping = resting & (mode != 0)
+    if np.any((mode * (friction.J @ acceleration))[slipping] < -1e-6):
+        return False
+    exact = replace(friction, static=friction.static * (1 - 1e-7) + 2e-9)
+    middle = q + lead * u + 0.5 * lead**2 * acceleration, u + lead * acceleration
+    holds, later = held(exact, mode, friction.applied(*middle, t + lead))
+    gained = 0.5 * lead * friction.J @ (acceleration + later)
+    return holds and not np.any((mode * gained)[slipping] < -1e-3 * lead**2)
+
+
+def holding_more(friction, mode, resting, q, u, t):
+    """Return the modes that agree with the law in which all that stick still do, and others at zero slip too."""
+    free = np.flatnonzero(resting & (mode != 0))
+    found = []
+    for new in itertools.product((0, -1, 1), repeat=free.size):
+        trial = mode.copy()
+        trial[free] = new
+        if 0 in new and agrees(friction, trial, resting, q, u, t):
+            found.append(trial)
+    return found
 
 
 def held(friction, mode, force):

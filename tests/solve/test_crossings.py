@@ -315,6 +315,16 @@ def test_map_equals_runs():
     assert np.array_equal(program.map({"k": kicks}).final.T, [program.run({"k": v}).final for v in kicks])
 
 
+@pytest.mark.parametrize("made", [escapement, lambda: delayed_relay(3)])
+def test_the_route_exact_takes_crossings_and_integrators_decline_them(made):
+    scene = made().until(20.0)
+    exact, series = (sf.simulate(scene, 1e-14, route).checked() for route in ("exact", "taylor"))
+    assert exact.stats["events"] == series.stats["events"] > 4
+    assert np.max(np.abs(exact.final - series.final)) < 2e-14
+    with pytest.raises(sf.NoRoute, match="waits for a crossing"):
+        sf.prepare(scene, route="integrators")
+
+
 def refused(match, **parts):
     with pytest.raises(sf.SceneError, match=match):
         plant(sp.S.Zero, **parts)

@@ -1,6 +1,7 @@
 """Held variables and resets against chains of runs between their instants."""
 
 import functools
+import itertools
 
 import control
 import numpy as np
@@ -16,10 +17,10 @@ FORCE = -x / 10 - u / 50
 START = {"x": 0.1, "u": 0.0}
 
 
-def plant(command, horizon=10.0, start=START, values=None, **more):
+def plant(command, horizon=10.0, start=START, values=None, outputs=None, **more):
     system = sf.System([x], [u], [[1]], [FORCE + command])
     rail = sf.Contact("rail", slip=u - 0.05, normal=1, law=sf.laws.stribeck(0.4, 0.3, 0.1))
-    return sf.Scene(system, [rail], values or {}, start, horizon, {"end": sf.End()}, **more)
+    return sf.Scene(system, [rail], values or {}, start, horizon, outputs or {"end": sf.End()}, **more)
 
 
 @functools.cache
@@ -149,6 +150,17 @@ def test_map_equals_runs():
     assert np.array_equal(batch.final.T, [program.run({"T": t}).final for t in periods])
 
 
+def test_a_sweep_over_gain_sampling_time_and_dead_time_equals_runs():
+    cmd = sf.Held("cmd", update=K * (1 - x) - 0.8 * u, every=T, delay=tau, waiting=3)
+    scene = plant(cmd.symbol, 4.0, values={K: 1.5, T: 0.3, tau: 0.1}, held=[cmd], outputs={"most": sf.Max(x)})
+    grid = {"K": [1.0, 2.0], "T": [0.1, 0.25], "tau": [0.02, 0.1, 0.28]}
+    swept = sf.sweep(scene, grid)
+    assert not swept["status"].any()
+    run = sf.prepare(scene).run
+    for k, e, d in itertools.product(*grid.values()):
+        assert float(swept["most"].sel(K=k, T=e, tau=d)) == run({"K": k, "T": e, "tau": d})["most"]
+
+
 def late(every, delay, **more):
     values = {s: v for s, v in ((T, 0.3), (tau, more.pop("late", 0.7))) if s in (every, delay)}
     cmd = sf.Held("cmd", update=1.5 * (1 - x) - 0.8 * u, every=every, offset=0.1, delay=delay, **more)
@@ -184,6 +196,26 @@ def test_derivatives_by_a_delay_beyond_a_period():
             (program.run({name: value + s}).final - program.run({name: value - s}).final) / (2 * s) for s in (h, 2 * h)
         )
         assert np.max(np.abs(run.sensitivities[name] - (4 * near - far) / 3)) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "exists"), [(T, T, True), (T, tau, False), (T, 2 * tau, False), (T, 0.5, False)]
+)
+def test_instants_that_coincide_for_some_values_alone_have_no_derivative(first, second, exists):
+    """Which of the two comes first changes there; where they coincide always, the derivative is that of the pair."""
+    one = sf.Held("one", 1 - x - u, every=first)
+    other = sf.Held("other", sp.Symbol("one", real=True) / 2 - u, every=second)
+    command = one.symbol + other.symbol / 4
+    values = {s: 0.25 for s in (T, tau) if command.has(s) or any(sp.sympify(e).has(s) for e in (first, second))}
+    scene = plant(command, 2.1, values=values, held=[one, other])
+    run = sf.simulate(scene, 1e-12, sensitivities=[T])
+    assert (run.status == sf.Status.OK) is exists
+    if exists:
+        ends = [sf.simulate(scene.where({T: 0.25 + h}), 1e-13).final for h in (1e-5, -1e-5)]
+        assert np.max(np.abs((ends[0] - ends[1]) / 2e-5 - run.sensitivities["T"])) < 1e-5
+    else:
+        assert run.status == sf.Status.NO_DERIVATIVE
+        assert np.all(np.isnan(run.sensitivities["T"]))
 
 
 def test_continuation_in_a_delay_beyond_a_period():
@@ -275,9 +307,10 @@ def test_what_is_refused():
     with pytest.raises(sf.SceneError, match="either its times"):
         sf.Reset(set={u: 0})
     scene = plant(sp.S.Zero, held=[sf.Held("a", x, 0.1)])
-    for route in ("exact", "integrators"):
-        with pytest.raises(sf.NoRoute, match="held variables"):
-            sf.prepare(scene, route=route)
+    with pytest.raises(sf.NoRoute, match="straight lines"):
+        sf.prepare(scene, route="exact")
+    with pytest.raises(sf.NoRoute, match="restart the motion"):
+        sf.prepare(scene.regularised(1e-2), route=sf.Integrators(plugin="cvodes"))
     for question in (sf.equilibrium, sf.stability, sf.average, sf.separate):
         with pytest.raises(sf.SceneError):
             question(scene)

@@ -42,6 +42,12 @@ def test_dense_output_is_the_state_after_a_jump_and_before_the_one_before(run):
     assert after[1] - before[1] == pytest.approx(1.0, abs=1e-12)
     assert after[0] - before[0] == pytest.approx(-0.1, abs=1e-12)
     assert np.all(np.isin(kicks, run.jumps))
+    assert np.array_equal(run.jumps_of("u"), kicks)
+    acted = run.jumps_of(CMD.symbol)
+    assert np.max(np.abs(np.round((acted - 0.2) / 0.5) * 0.5 + 0.2 - acted)) < 1e-14
+    assert set(kicks) & {event.t for event in run.events if event.kind != "stick"}
+    with pytest.raises(sf.SceneError, match="is no state"):
+        run.jumps_of("v")
     assert np.array_equal(run.x[:, :-1], run(run.t[:-1]))
     between = np.setdiff1d(np.linspace(0.01, 5.99, 37), run.jumps)
     assert np.max(np.abs(run(between) - run.before(between))) < 1e-14

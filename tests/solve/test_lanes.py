@@ -60,6 +60,17 @@ def shaken(dt=0.5):
     return sf.Scene(system, FLOOR, {P: 1.0}, {X: 0.5, U: 0.0}, 40.0, {**HALF, "at": sf.At(X, 31.7)}, {F: record})
 
 
+def commanded(force=-X / 4, horizon=15.0, slip=U, **parts):
+    """A mass on a floor with clocks."""
+    outputs = {**HALF, "end": sf.End(), "work": sf.Integral(X * U), "at": sf.Samples(X, TIMES[TIMES < horizon])}
+    floor = [sf.Contact("floor", slip, 1, sf.laws.stribeck(0.3, 0.2, 0.05))]
+    initial = {X: 1.0, U: 0.0}
+    return sf.Scene(sf.System([X], [U], [[1]], [force]), floor, {P: 0.2}, initial, horizon, outputs, **parts)
+
+
+CONTROLLED = sf.Held("c", update=4 * (1 - X) - 2 * U, every=P, delay=P / 3, step=0.05)
+LATE = sf.Held("late", update=3 * (1 - X) - 2 * U, every=0.25, offset=0.1, delay=P, waiting=3)
+RELAY = sf.Held("relay", update=-sp.sign(X), when=X, delay=P, initial=-1, waiting=2)
 FALLING, STEPS = sf.laws.stribeck(0.4, 0.3, 0.1), sf.laws.piecewise_linear(0.4, [0, 0.1, 0.3], [0.35, 0.2, 0.3])
 DRY = sf.laws.coulomb(0.3, 0.2)
 BELTS = [sf.Contact("a", U - P, 1, FALLING), sf.Contact("b", V - P, 2, FALLING)]
@@ -105,10 +116,26 @@ SCENES = {
         "p",
         (0.1, 0.5),
     ),
+    "a controller": (commanded(CONTROLLED.symbol, held=[CONTROLLED]), "p", (0.05, 0.6)),
+    "a late controller": (commanded(LATE.symbol, held=[LATE]), "p", (0.05, 0.7)),
+    "a relay": (commanded(RELAY.symbol, 40.0, held=[RELAY]), "p", (0.05, 0.6)),
+    "kicks": (commanded(resets=[sf.Reset(every=1.3, set={U: U + P})]), "p", (0.1, 2.0)),
+    "an escapement": (commanded(resets=[sf.Reset(guard=X, set={U: U - P})]), "p", (0.1, 2.0)),
+    "pulses of force and belt": (
+        commanded(
+            sp.Piecewise((1, sp.Mod(sf.TIME, 5 * P) < 2 * P), (-1, True)) - X,
+            slip=U - sp.Piecewise((0, sf.TIME < 10 * P), (sp.Rational(1, 5), True)),
+        ),
+        "p",
+        (0.1, 2.0),
+    ),
     "infinite": (scene(P * X**3, [], HALF), "p", (0.1, 2.0)),
     "load that vanishes": (scene(-P * X, [sf.Contact("floor", U, 1 + 0 * P, sf.laws.coulomb(0.0))], HALF), "p", (0.1, 2.0)),
 }  # fmt: skip
 SHORT = (
+    "a controller",
+    "a relay",
+    "pulses of force and belt",
     "belt, all outputs",
     "law with a bend",
     "no contact",
@@ -159,6 +186,19 @@ def test_a_case_in_a_lane_has_the_bits_of_the_event_loop(name):
     same(run_in_lanes(lanes, y[order], p[order], 2, None), some(batch, order))
     for few in (0, 1, lane_width() + 1):
         same(run_in_lanes(lanes, y[n - few :], p[n - few :], 1, None), some(batch, slice(n - few, n)))
+
+
+@pytest.mark.parametrize("name", longer(("a controller", "kicks", "an escapement"), ("an escapement",)))
+def test_derivatives_over_clocks_have_the_bits_of_single_runs(name, monkeypatch):
+    monkeypatch.setattr(laned, "LEAST", 1)
+    made, parameter, (low, high) = SCENES[name]
+    program = sf.prepare(made.wanting({**HALF, "end": sf.End()}), 1e-9, sensitivities=[parameter])
+    values = np.linspace(low, high, 20)
+    batch = program.map({parameter: values})
+    assert isinstance(program._lane_models[0], LaneModel)
+    runs = [program.run({parameter: v}) for v in values]
+    assert np.array_equal(batch.final.T, [r.final for r in runs])
+    assert np.array_equal(batch.sensitivities[parameter].T, [r.sensitivities[parameter] for r in runs], equal_nan=True)
 
 
 @pytest.mark.filterwarnings("ignore")

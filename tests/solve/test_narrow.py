@@ -50,3 +50,21 @@ def test_a_feature_moves_with_the_parameters_of_a_law():
     scene = excited(law).where({"width": 0.01, "centre": 0.9})
     moved = sf.prepare(scene, 1e-9).run({"centre": 1.1}).final
     assert moved == pytest.approx(sf.simulate(scene.where({"centre": 1.1}), 1e-9).final, abs=1e-8)
+
+
+@pytest.mark.parametrize(("width", "size"), [(0.02, 1.0), (0.005, 1.0), (0.02, 1e4)])
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10])
+def test_pulses_are_sought_from_the_tolerance_on(tolerance, width, size):
+    """Below the tolerance of a rate of change a pulse may hide between the nodes of `integrators`; above it is found.
+
+    An oscillator with a pulse ``a exp(-((t - 3)/w)^2)`` gets ``a w sqrt(pi) e^(-w^2/4) (sin(T - 3), cos(T - 3))``.
+    """
+    x, u, a = sp.symbols("x u a", real=True)
+    pulse = a * sp.exp(-(((sf.TIME - 3) / width) ** 2))
+    scene = sf.Scene(sf.System([x], [u], [[1]], [pulse - x]), [], {a: 0}, {x: size, u: 0}, 6.0)
+    program = sf.prepare(scene, tolerance, "integrators")
+    none, small, larger, large = (program.run({"a": size * e}) for e in (0.0, 0.1 * tolerance, 10 * tolerance, 1.0))
+    assert small.stats["pieces"] == none.stats["pieces"]
+    assert larger.stats["pieces"] > none.stats["pieces"]
+    gained = width * np.sqrt(np.pi) * np.exp(-(width**2) / 4) * np.array([np.sin(3), np.cos(3)])
+    assert large.final - none.final == pytest.approx(size * gained, abs=size * tolerance)

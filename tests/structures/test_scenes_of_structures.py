@@ -89,6 +89,12 @@ def test_mode_coupling_with_lift_off():
     assert run.final[[0, 2, 1, 3]] == pytest.approx([0.649848694, -0.0766800814, 0.742448957, -0.9750037005], abs=1e-8)
     first = [e.t for e in run.events[:2]]
     assert first == pytest.approx([30.18908855862, 31.03140183895], abs=1e-8)
+    y = run.names.index("y")
+    for t, way in ((27.45966650697, -1), (28.22378868685, 1)):  # where the load becomes zero, and ends being it
+        assert run(t)[y] == pytest.approx(-1.0, abs=1e-9)
+        assert way * (run(t + 1e-3)[y] + 1.0) > 0 > way * (run(t - 1e-3)[y] + 1.0)
+    earlier = run(np.linspace(0.0, 27.459, 20001))[y]
+    assert np.min(earlier) > -1.0
 
 
 def test_its_onset_of_flutter():

@@ -176,6 +176,29 @@ THEORY = {
         sp.eye(2), sp.diag(*sp.symbols("a b")), sp.eye(2)
     ),
     "theory.hunting": lambda k: sf.theory.hunting(k_p=4.0, k_d=1.0 + 0.1 * k, k_i=1.0, F_s=1.5, F_c=1.0),
+    "theory.plane.ball_rolls": lambda k: sf.theory.plane.ball_rolls((1.0 + k, 0.5), (3.0, 0.0), r=0.1, mu=0.2),
+    "theory.plane.compare_quenching": lambda k: sf.theory.plane.compare_quenching(
+        sf.laws.cubic(0.4, 0.25, 0.5), 0.1 + 0.02 * k
+    ),
+    "theory.plane.compare_vibration": lambda k: sf.theory.plane.compare_vibration([0.5, 1.0 + k]),
+    "theory.plane.disc_expressions": lambda k: sf.theory.plane.disc_expressions(X, U, 1.0 + k, 0.5),
+    "theory.plane.disc_stop": lambda k: sf.theory.plane.disc_stop(0.5 + k, 1.0, R=1.0, m=1.0, mu=0.3),
+    "theory.plane.disc_stop_ratio": lambda k: sf.theory.plane.disc_stop_ratio(0.4 + 0.05 * k),
+    "theory.plane.equal_drag_ratio": lambda k: sf.theory.plane.equal_drag_ratio(1.0 + k),
+    "theory.plane.incline_least_speed": lambda k: sf.theory.plane.incline_least_speed(0.3, 0.1 + 0.01 * k, 1.0, 3.0),
+    "theory.plane.incline_motion": lambda k: sf.theory.plane.incline_motion(0.3, 0.1 + 0.1 * k, 1.0, 2.0, 1.0),
+    "theory.plane.incline_stop": lambda k: sf.theory.plane.incline_stop(0.3, 0.5 + 0.1 * k, 1.0),
+    "theory.plane.lateral_vibration_drag": lambda k: sf.theory.plane.lateral_vibration_drag(
+        1.0 + k, 0.5, sf.laws.cubic(0.4, 0.25, 0.5)
+    ),
+    "theory.plane.lateral_vibration_power": lambda k: sf.theory.plane.lateral_vibration_power(1.0 + k, [0.5, 2.0]),
+    "theory.plane.longitudinal_vibration_drag": lambda k: sf.theory.plane.longitudinal_vibration_drag(1.0, 0.5 + k),
+    "theory.plane.longitudinal_vibration_power": lambda k: sf.theory.plane.longitudinal_vibration_power(
+        0.3, 0.5 + k, sf.laws.cubic(0.4, 0.25, 0.5)
+    ),
+    "theory.plane.spinning_disc_friction": lambda k: sf.theory.plane.spinning_disc_friction([0.1, 1.0 + k], 0.7),
+    "theory.plane.steady_power": lambda k: sf.theory.plane.steady_power(sf.laws.coulomb(0.3), 1.0 + k),
+    "theory.plane.transverse_damping": lambda k: sf.theory.plane.transverse_damping(sf.laws.coulomb(0.3), 1.0 + k),
     "theory.presliding.dahl_reversal": lambda k: sf.theory.presliding.dahl_reversal(1.0 + k, 10.0, 0.1),
     "theory.presliding.dahl_loop": lambda k: sf.theory.presliding.dahl_loop(1.0 + k, 10.0, 0.1),
     "theory.presliding.lugre_drift": lambda k: sf.theory.presliding.lugre_drift(100.0 + k, 0.2, 0.8),

@@ -1,6 +1,8 @@
 """The parameter of a friction damper, most often its normal load, with the smallest peak of a forced response."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -11,7 +13,7 @@ from symfric.model.outputs import HalfRange
 from symfric.model.scene import Scene
 from symfric.orbits.continuation.branch import Peak
 from symfric.orbits.cycle import Orbit
-from symfric.orbits.frequency_response import frequency_response
+from symfric.orbits.frequency_response import frequency_response, highest, summits
 from symfric.search import minimum_near
 from symfric.solve.routes import simulate
 
@@ -22,11 +24,20 @@ _TOLERANCE = 1e-10  # of the motions
 _BESIDE = (0.98, 1.02)  # neighbouring designs, as shares of the optimum
 _SETTLED, _AGREES = 1e-9, 1e-6  # part of a disturbance left after settling; relative error of the check
 _LONGEST = 2000  # most periods of the check
+# distance, relative to the span, within which a peak is first sought; factor of the next searches, and their number;
+# distance from an end, relative to it, at which a search goes on beyond
+_NEAR, _WIDER, _SEARCHES, _EDGE = 0.02, 3.0, 3, 0.02
+_LOW = 0.5  # half range relative to that of the highest peak below which another one is not followed
+_PLACED = 1e-6  # relative error of their frequencies; the half range at a peak hardly depends on it
+_OTHER = 1e-7  # relative excess of the whole response over the peaks that were followed
 
 
 @dataclass
 class Peaks:
     """Peaks of the forced response by the parameter, each computed once.
+
+    Of the whole response over the span, or, between values for which that is known, of its local peaks alone, which
+    are followed from there.
 
     Attributes
     ----------
@@ -45,15 +56,52 @@ class Peaks:
     span: tuple[float, float]
     coordinate: str
     known: dict[float, Peak] = field(default_factory=dict)
+    whole: dict[float, list[Peak]] = field(default_factory=dict)
+
+    @cached_property
+    def _state(self) -> int:
+        return [s.name for s in self.scene.system.states].index(self.coordinate)
 
     def __call__(self, value: float) -> Peak:
-        """Return the peak for a value of the parameter."""
-        if value not in self.known:
+        """Return the peak of the whole response for a value of the parameter."""
+        if value not in self.whole:
             scene = self.scene.where({self.name: value})
-            peak = frequency_response(scene, self.speed, self.span, self.coordinate, tolerance=_TOLERANCE).peak
-            assert peak is not None
-            self.known[value] = peak
+            branch = frequency_response(scene, self.speed, self.span, self.coordinate, tolerance=_TOLERANCE)
+            assert branch.peak is not None
+            self.whole[value], self.known[value] = summits(branch, self._state), branch.peak
         return self.known[value]
+
+    def followed(self, value: float) -> Peak:
+        """Return the highest of the local peaks of the whole responses for the values on both sides."""
+        if value not in self.known:
+            places = np.array(sorted(self.whole))
+            i = int(np.clip(np.searchsorted(places, value), 1, places.size - 1))
+            begin = []
+            for peaks in (self.whole[float(v)] for v in places[i - 1 : i + 1]):
+                largest = max(peak.half_range for peak in peaks)
+                begin += [peak for peak in peaks if peak.half_range >= _LOW * largest]
+            found = [self._moved(value, peak) for peak in begin]
+            reached = [peak for peak in found if peak is not None]
+            if len(reached) < len(found):
+                return self(value)
+            self.known[value] = max(reached, key=lambda peak: peak.half_range)
+        return self.known[value]
+
+    def _moved(self, value: float, before: Peak) -> Peak | None:
+        """Return the local peak that one for another value of the parameter becomes; None if it is not found."""
+        scene, reach = self.scene.where({self.name: value}), _NEAR * (self.span[1] - self.span[0])
+        peak = before
+        for _ in range(_SEARCHES):
+            ends = max(self.span[0], peak.value - reach), min(self.span[1], peak.value + reach)
+            near = peak._replace(half_range=0.0)
+            peak = highest(scene, self.speed, self._state, near, ends, _TOLERANCE, _PLACED)
+            if peak.half_range == 0.0:
+                return None
+            at_end = [abs(peak.value - end) < _EDGE * reach for end in ends]
+            if not any(at and end not in self.span for at, end in zip(at_end, ends, strict=True)):
+                return peak
+            reach *= _WIDER
+        return None
 
 
 def best_load(peaks: Peaks, bounds: tuple[float, float]) -> Design:
@@ -75,7 +123,7 @@ def best_load(peaks: Peaks, bounds: tuple[float, float]) -> Design:
     sizes = np.array([peaks(float(v)).half_range for v in grid])
     i = int(np.argmin(sizes))
     if 0 < i < len(grid) - 1:
-        minimum_near(lambda e: peaks(float(np.exp(e))).half_range, np.log(grid), i, xatol=_CLOSE)
+        _polish(peaks, grid, i)
     best = min(peaks.known, key=lambda v: peaks.known[v].half_range)
     peak, name = peaks(best), peaks.name
     active = [f"peak of {peaks.coordinate} at {peaks.speed} = {peak.value:.6g}"]
@@ -90,6 +138,25 @@ def best_load(peaks: Peaks, bounds: tuple[float, float]) -> Design:
     placed = peaks.scene.where({name: best, peaks.speed: peak.value})
     check = Comparison((_settled(placed, peaks.coordinate, peak),))
     return design({name: best}, peak.half_range, active, placed, check, curve, claim="optimal", neighbours=beside)
+
+
+def _size(peak_of: Callable[[float], Peak], logarithm: float) -> float:
+    return peak_of(float(np.exp(logarithm))).half_range
+
+
+def _polish(peaks: Peaks, grid: np.ndarray, i: int) -> None:
+    """Search the value with the smallest peak between the neighbours of point i of a grid.
+
+    On the local peaks, and on whole responses if that for the best value has a higher one.
+    """
+    for peak_of in (peaks.followed, peaks):
+        minimum_near(partial(_size, peak_of), np.log(grid), i, xatol=_CLOSE)
+        best = min(peaks.known, key=lambda v: peaks.known[v].half_range)
+        followed = peaks.known[best].half_range
+        if peaks(best).half_range <= followed * (1 + _OTHER):
+            return
+        for value in set(peaks.known) - set(peaks.whole):
+            del peaks.known[value]
 
 
 def _settled(scene: Scene, coordinate: str, peak: Peak) -> Compared:

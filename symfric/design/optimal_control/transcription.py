@@ -20,6 +20,7 @@ from symfric.errors import SceneError
 from symfric.locks import OPTIMISER, SYMBOLIC, alone
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.excitation import is_excited
+from symfric.model.in_plane import refuse_planes
 from symfric.model.laws.law import refuse_memory
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
@@ -66,6 +67,7 @@ def dynamics(scene: Scene, controls: Sequence[sp.Symbol], cost: sp.Expr | None) 
     numbers = scene.where(dict.fromkeys(controls, 0.0)).numbers()
     if is_excited(scene, frozenset(s.name for s in controls)):
         raise SceneError("the scene depends on time or on a sampled input; optimal control takes what is autonomous")
+    refuse_planes(scene.contacts, "optimal control")
     for contact in scene.contacts:
         _check_law(contact, numbers)
     w = ca.SX.sym("w", len(controls))

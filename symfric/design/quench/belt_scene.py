@@ -12,6 +12,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
+from symfric.model.in_plane import refuse_planes
 from symfric.model.laws import Law
 from symfric.model.outputs import End
 from symfric.model.scene import Scene, check_given_loads, check_scene
@@ -168,6 +169,7 @@ def _check_shape(scene: Scene) -> None:
                 "sf.scenes.mass_on_belt has them"
             )
     (u,), v_b = system.u, scene.parameter(SPEED_NAME)
+    refuse_planes(scene.contacts, "quench")
     for contact in scene.contacts:
         if sp.expand(contact.slip - (u - v_b)) != 0 and sp.expand(contact.slip + (u - v_b)) != 0:
             raise SceneError(

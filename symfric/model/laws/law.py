@@ -10,6 +10,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.averaged_across import coefficient_across
 from symfric.model.averaged_law import effective_coefficient
 from symfric.model.laws.memory import Memory
 from symfric.model.numeric import numeric_function
@@ -258,20 +259,62 @@ class Law:
         polynomials of the speed, Thomsen (47); an integral over theta, split where the relative velocity changes its
         sign or the law its branch, for the others. The slope just below v = q is infinite, Thomsen (47).
         """
+        q = self._intensity(q)
+        if q.is_zero:
+            return self
+        kinetic, breaks = effective_coefficient(self.kinetic, self.breaks, q)
+        return Law(kinetic, sp.Integer(0), breaks, f"{self.source}, under fast vibration: Thomsen (41), (47)", breaks)
+
+    @alone(SYMBOLIC)
+    def averaged_across(self, q: float | sp.Expr) -> "Law":
+        r"""Return the effective law under fast vibration across the sliding direction, of intensity q.
+
+        Parameters
+        ----------
+        q : float or Expr
+            Amplitude of the fast velocity across, >= 0, in the unit of the slip velocity.
+
+        Returns
+        -------
+        Law
+
+        Raises
+        ------
+        SceneError
+            If q is negative, if the law has memory or is a mean already, or is no polynomial of the speed and q or the
+            breaks are no numbers.
+
+        Notes
+        -----
+        ``mubar(v) = <mu(S) v/S>``, ``S = sqrt(v^2 + q^2 cos^2 theta)``. Of Coulomb friction it is ``v/M(v, sqrt(v^2 +
+        q^2))`` with the arithmetic-geometric mean M, the form in which the solvers take the elliptic integral; closed
+        for polynomials of the speed, with an integral over theta for the others; derivations/plane. The friction at
+        rest vanishes, with a slope that rises like ``ln(4 q/v)``; below ``1e-9 q`` the law is a straight line.
+
+        Examples
+        --------
+        >>> import symfric as sf
+        >>> f"{sf.laws.coulomb(1.0).averaged_across(2.0)(1.0):.12f}"
+        '0.642637681773'
+        """
+        q = self._intensity(q)
+        if q.is_zero:
+            return self
+        kinetic, breaks = coefficient_across(self.kinetic, self.breaks, q)
+        return Law(kinetic, sp.Integer(0), breaks, f"{self.source}, under fast vibration across: derivations/plane")
+
+    def _intensity(self, q: float | sp.Expr) -> sp.Expr:
+        """Return the intensity of a fast vibration as an expression, or raise if it or the law does not serve."""
         refuse_memory(self, "the effective law under fast vibration")
         q = expression(q, "the intensity q of the fast vibration")
-        if q.is_number:
-            if finite(q, "the intensity q of the fast vibration") < 0:
-                raise SceneError(f"the intensity q of the fast vibration is {q}; it must not be negative")
-            if q.is_zero:
-                return self
-        if self.kinetic.has(sp.Integral):
+        if q.is_number and finite(q, "the intensity q of the fast vibration") < 0:
+            raise SceneError(f"the intensity q of the fast vibration is {q}; it must not be negative")
+        if self.kinetic.has(sp.Integral) and not q.is_zero:
             raise SceneError(
                 "the law is a mean over fast vibration already, without a closed form, and the mean of such a mean "
                 "cannot be computed; average the law itself, once"
             )
-        kinetic, breaks = effective_coefficient(self.kinetic, self.breaks, q)
-        return Law(kinetic, sp.Integer(0), breaks, f"{self.source}, under fast vibration: Thomsen (41), (47)", breaks)
+        return q
 
 
 def _at_low_speed(kinetic: sp.Expr) -> sp.Expr:

@@ -8,7 +8,7 @@ import numpy as np
 from symfric.errors import NotFound
 from symfric.model.scene import Scene
 from symfric.orbits.continuation import branch_points
-from symfric.orbits.continuation.arclength import cosine, step_along, tangent, units
+from symfric.orbits.continuation.arclength import CORRECTIONS, cosine, step_along, tangent, units
 from symfric.orbits.continuation.bifurcations import SMOOTH, Condition, between, is_pair, signature
 from symfric.orbits.continuation.discontinuity import Corner, corner_ahead, corner_between
 from symfric.orbits.continuation.grazing import grazing_ahead
@@ -16,6 +16,7 @@ from symfric.orbits.continuation.hopf import vanishing_point
 from symfric.orbits.continuation.jump import settled_beyond
 from symfric.orbits.continuation.slip_onset import SlipOnset, passes_the_start, slip_onsets, widest_ranges
 from symfric.orbits.shooting import Point, ShootingSystem, solve
+from symfric.search import zero
 
 # step lengths in units of the span, the period and the ranges of the states
 _FIRST, _LEAST, _LARGEST = 0.01, 1e-6, 0.03
@@ -76,19 +77,22 @@ class Walk:
         """Walk from an orbit in a direction of the unknowns, (n_z,), to the end of the branch or of the span."""
         half, point, step, hopf = Found(), start, _FIRST, None
         way, trail = self.tangent(point, direction), [Placed(self._system, start)]
+        marks = [_marks(trail[0])]
         while len(half.orbits) < self._most and not half.end:
             self._largest = np.maximum(self._largest, point.passage.ranges)
             before, known = point, len(half.special)
             point, way, step = self._advance(half, point, way, step)
             if half.end in _ENDS:
                 break
-            again = self._passed_again(trail, point)
+            mark = _marks(Placed(self._system, point))
+            again = self._passed_again(trail, np.array([*marks, mark]), point)
             if again is not None:
                 half.end = "closed" if again == 0 else "folded-back"
                 del half.special[known:]
                 break
             half.orbits.append(Placed(self._system, point))
             trail.append(half.orbits[-1])
+            marks.append(mark)
             hopf = self._hopf_ahead(before, point) if hopf is None else hopf
             if hopf is not None and point.passage.ranges[0] <= _SMALLEST * self._largest[0]:
                 half.special.append(Met(Condition("hopf"), Placed(self._system, point), hopf))
@@ -143,7 +147,8 @@ class Walk:
             crosses = not passes and branch_points.orientations_differ(point, way, new, ahead, size)
             there = branch_points.located(self._system, point, new, size) if crosses else None
             turns = way[-1] * ahead[-1] < 0
-            hidden = turns and not there and self._located("fold", point, new) is None
+            fold = self._fold(point, new) if turns and not there else None
+            hidden = turns and not there and fold is None
             if (step > _LEAST and (hidden or (crosses and there is None))) or (there and turns and step > _APART):
                 step *= 0.4
                 continue
@@ -151,7 +156,9 @@ class Walk:
                 return point, way, step
             if there:
                 half.special.append(self._met(branch_points.KIND, there, point, new))
-            self._note_smooth(half, point, new, turns and not there)
+            if turns and not there:
+                half.special.append(self._met("fold", fold or point, point, new))
+            self._note_smooth(half, point, new)
             return new, ahead, min(1.5 * step, _LARGEST)
 
     def _beyond(self, half: Found, corner: Corner, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray, float]:
@@ -205,14 +212,34 @@ class Walk:
         along = tuple((other.z - one.z).tolist()) if kind in (branch_points.KIND, "flip") else ()
         return Met(Condition(kind, along=along), Placed(self._system, there), float(there.z[-1]))
 
-    def _note_smooth(self, half: Found, one: Point, other: Point, turns: bool) -> None:
-        """Record folds, flips and Neimark-Sacker points between two orbits of one smooth piece."""
+    def _note_smooth(self, half: Found, one: Point, other: Point) -> None:
+        """Record flips and Neimark-Sacker points between two orbits of one smooth piece."""
         free = self._system.free
         for kind, test in SMOOTH.items():
-            met = turns if kind == "fold" else np.prod([test(p.passage, free) for p in (one, other)]) < 0
+            met = kind != "fold" and np.prod([test(p.passage, free) for p in (one, other)]) < 0
             if not met or (kind == "neimark-sacker" and not is_pair(other.passage, free)):
                 continue
             half.special.append(self._met(kind, self._located(kind, one, other) or one, one, other))
+
+    def _fold(self, one: Point, other: Point) -> Point | None:
+        """Return the point between two orbits where the parameter turns; None if it is not found.
+
+        There the direction of the branch has no part along the parameter. Its zero is found along the branch; the
+        multiplier that reaches one there is hardly told from that of a shift of time, so it is no smooth test function.
+        """
+        chord = other.z - one.z
+        normal, points = chord / self._units(one) ** 2, {0.0: one, 1.0: other}
+
+        def rate(share: float) -> float:
+            if share not in points:
+                points[share] = solve(self._system, one.z + share * chord, normal, CORRECTIONS)
+            return float(self.tangent(points[share], chord)[-1])
+
+        try:
+            share = zero(rate, 0.0, 1.0, xtol=1e-12, rtol=1e-12)
+        except (NotFound, ValueError):
+            return self._located("fold", one, other)
+        return points.get(share) or solve(self._system, one.z + share * chord, normal, CORRECTIONS)
 
     def _located(self, kind: str, one: Point, other: Point) -> Point | None:
         """Return the point of a kind between two orbits; None if its test function keeps its sign and is not zero."""
@@ -237,17 +264,15 @@ class Walk:
         values, period = np.array([before.z[-1], point.z[-1]]), self._system.unpack(point.z)[1]
         return vanishing_point(self._scene, name, values, sizes, period)
 
-    def _passed_again(self, trail: list[Placed], new: Point) -> int | None:
+    def _passed_again(self, trail: list[Placed], every: np.ndarray, new: Point) -> int | None:
         """Return the index of the orbit that a closed branch has passed again, None if it has not.
 
-        A closed branch passes its start first.
+        A closed branch passes its start first. The marks of the orbits and, last, of the new one are the rows `every`.
         """
-        marks = np.array([_marks(old) for old in trail])
-        mark = _marks(Placed(self._system, new))
-        every = np.vstack([marks, mark])
         size = np.ptp(every, axis=0)
         moves = size > _SAME * np.max(np.abs(every), axis=0)  # what stays the same along the branch differs by rounding
-        marks, mark = (np.where(moves, e / np.where(moves, size, 1.0), 0.0) for e in (marks, mark))
+        every = np.where(moves, every / np.where(moves, size, 1.0), 0.0)
+        marks, mark = every[:-1], every[-1]
         ways = np.diff(marks[: max(len(trail) - _RECENT, 0) + 1], axis=0)
         from_start = mark - marks[: len(ways)]
         lengths = np.linalg.norm(ways, axis=1)

@@ -67,9 +67,11 @@ def form_of(lowered: LoweredScene) -> Form:
         If it is not linear between events; the message names the nonlinear part.
     """
     scene, varied = lowered.scene, lowered.varied
-    if scene.clocks:
-        raise NoRoute("held variables and resets are for the route 'taylor'")
+    if scene.clocks and scene.system.linear is not None:
+        raise NoRoute("held variables and resets beside the matrices of a structure are for the route 'taylor'")
     for contact in scene.contacts:
+        if contact.in_plane:
+            raise NoRoute(f"contact {contact.name!r} slides in the plane")
         try:
             lines_of(contact.law)
         except NoRoute as reason:
@@ -103,7 +105,7 @@ def _structure(scene: Scene, lowered: LoweredScene) -> Form:
 
 def _cheapest(scene: Scene, timeless: Scene, modal: Matrices) -> bool:
     """Whether powers of matrices of which no form is known are prepared and run faster than series."""
-    if timeless is not scene or max(len(scene.system.q), len(scene.contacts)) < 2:
+    if timeless is not scene or scene.clocks or max(len(scene.system.q), len(scene.contacts)) < 2:
         return False
     return len(modal.rows) <= _FULL * modal.n_r
 
@@ -113,6 +115,8 @@ def _in_closed_form(lowered: LoweredScene) -> Form:
     scene = lowered.scene
     if scene.contacts_that_open:
         raise NoRoute("a contact opens")
+    if scene.clocks:
+        raise NoRoute("held variables or resets")
     if scene.inputs:
         recorded = recorded_in(lowered)
         words = "one mass on the floor under a sampled input, from sample to sample in closed form"

@@ -13,12 +13,14 @@ import casadi as ca
 import numpy as np
 
 from symfric.locks import SYMBOLIC
+from symfric.lower.mode_layout import backward, forward
 from symfric.solve.integrators.dense_output.hermite import first_fall, middle_errors
 from symfric.solve.integrators.dense_output.refined_grid import Look, refined
 from symfric.solve.integrators.implicit.stretch import inside, outside, stretched
 from symfric.solve.integrators.integrated_piece import IntegratedPiece, SegmentStart
 from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP, ModeEquations, mode_integrator, node_function
 from symfric.solve.integrators.sizes import filled, rough_motion
+from symfric.solve.loop.precision import ROUNDING
 from symfric.solve.loop.stepping.enclosure import unseen_by
 
 FINEST = 1e-14  # smallest tolerance
@@ -52,6 +54,8 @@ class ModeIntegrators:
         self.local = max(_SAFETY[self.plugin] * tolerance, FINEST if self.stretch is None else _LOGARITHMIC)
         self.in_pieces = self.plugin in ONE_STEP
         self.n_x, self.n_guards = len(automaton.states), automaton.layout.n_guards
+        self._watched = automaton.layout.first_clock  # the end of a piece is no later than the next clock
+        self._n_c = len(automaton.contacts)
         self._field, self._n_integrals, self._horizon = stretched(field, self.stretch), n_integrals, horizon
         self._nodes = node_function(self._field, n_integrals)
         continuous = self.plugin == "cvodes" and self.stretch is None and not automaton.inputs
@@ -317,8 +321,21 @@ class ModeIntegrators:
         allowed = _DENSE * self.tolerance * np.max(np.abs(values[0]), axis=1) + 10 * noise
         excess = np.max(error / np.maximum(allowed, 1e-300), initial=0.0)  # an observable may be zero throughout
         # twice the noise, and twice the error of the quintics through all nodes; see `middle_errors`
-        below = (2 * noise + error / 32)[n : n + self.n_guards]
+        rounding = self._rounding(t, rows, start.m)[: self._watched]
+        below = (2 * noise + error / 32)[n : n + self._watched] + rounding
         return IntegratedPiece(t, state, first, second, tuple(rows), stop - start.t), float(excess), below
+
+    def _rounding(self, t: np.ndarray, rows: list[np.ndarray], m: np.ndarray) -> np.ndarray:
+        """Return the rounding errors of the guards: of the time, and of the force and bound of contacts that stick.
+
+        They are all that is left where a guard does not depend on the state.
+        """
+        guards, slopes = (e[: self.n_guards] for e in rows[:2])
+        size = np.max(np.abs(slopes) * np.abs(t), axis=1, initial=0.0)
+        for i in map(int, np.flatnonzero(m[: self._n_c])):
+            own = [backward(i), forward(i)]
+            size[own] += np.max(np.sum(np.abs(guards[own]), axis=0))
+        return ROUNDING * np.where(np.isfinite(size), size, 0.0)
 
     def _look(self, t: np.ndarray, state: np.ndarray, start: SegmentStart) -> list[np.ndarray]:
         return [
@@ -327,7 +344,7 @@ class ModeIntegrators:
 
     def _cut(self, start: SegmentStart, piece: IntegratedPiece, below: np.ndarray) -> IntegratedPiece | None:
         """Return the piece up to the first guard that falls, integrated to that time again; None if that misses it."""
-        n = self.n_guards
+        n = self._watched
         value, slope, bend = (e[:n] for e in piece.rows)
         fall = first_fall(piece.t, value, slope, bend, below) if n else None
         if fall is None:

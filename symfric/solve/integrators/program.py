@@ -19,12 +19,14 @@ from symfric.solve.input_segments import segments
 from symfric.solve.integrators.implicit.implicit_pieces import ImplicitPieces
 from symfric.solve.integrators.implicit.stretch import stretch_of
 from symfric.solve.integrators.integrated_piece import SegmentStart
+from symfric.solve.integrators.known_instants import KnownInstants
 from symfric.solve.integrators.mode_functions import ONE_STEP, ModeEquations, signs_evaluated
 from symfric.solve.integrators.mode_integrators import FINEST, ModeIntegrators
 from symfric.solve.integrators.modes.mode_selection import (
     ROUNDING,
     NearlyParallel,
     make_rule,
+    moving,
     next_mode,
     numbers,
     starting_mode,
@@ -91,6 +93,7 @@ class IntegratorsProgram(Program):
         self._idle: deque[Flow] = deque([first], maxlen=_KEPT)  # an integrator can be used by one run at a time
         zero = max(1e-12, 10 * first.local)  # what the integrator's error leaves of a slip at an event
         self._rule = make_rule(self.automaton, zero, self.tolerance, scene.horizon, not one_step)
+        self._clocks = KnownInstants(self.automaton, scene.horizon)
 
     def _run(
         self, values: dict[Key, float], initial: dict[Key, float], progress: Callable[[float], None] | None
@@ -131,8 +134,8 @@ class IntegratorsProgram(Program):
                 motion.size = self._sizes(flow, motion, p, horizon)
             while motion.t < end and motion.status == Status.OK:
                 check_time()
-                stop = min((s for s in self._starts.values() if motion.t < s < end), default=end)
-                self._integrate(flow, motion, p, stop)
+                begins = min((s for s in self._starts.values() if motion.t < s < end), default=end)
+                self._integrate(flow, motion, p, min(begins, self._strike(motion, p)))
                 if motion.t in self._starts.values():
                     self._start_counting(motion)
                 if progress is not None:
@@ -168,7 +171,19 @@ class IntegratorsProgram(Program):
         flow.begin()
         return flow
 
-    def _select_mode(self, motion: Motion, p: np.ndarray, hit: frozenset[int], first: bool = False) -> None:
+    def _strike(self, motion: Motion, p: np.ndarray) -> float:
+        """Let clocks act whose instant is now; return the time of the next one, infinite without clocks."""
+        if not self._clocks.any:
+            return math.inf
+        hit = self._clocks.due(motion.y, motion.t, p, motion.m)
+        if np.any(hit):
+            self._transit(motion, p, hit)
+            self._select_mode(motion, p, frozenset(), jumped=True)
+        return self._clocks.next_time(motion.y, motion.t, p, motion.m)
+
+    def _select_mode(
+        self, motion: Motion, p: np.ndarray, hit: frozenset[int], first: bool = False, jumped: bool = False
+    ) -> None:
         """Select the mode at the current state, and log the change."""
         if not self._held:
             return
@@ -177,7 +192,8 @@ class IntegratorsProgram(Program):
             if first:
                 mode = starting_mode(rule, motion.y, motion.t, p)
             else:
-                mode = next_mode(rule, motion.y, motion.t, p, motion.m, hit)
+                before = moving(rule, motion.y, motion.t, p, motion.m) if jumped else motion.m
+                mode = next_mode(rule, motion.y, motion.t, p, before, hit)
         except NearlyParallel:
             motion.status = Status.INTEGRATOR
             return
@@ -193,6 +209,7 @@ class IntegratorsProgram(Program):
             return
         layout = self.automaton.layout
         before = layout.modes(motion.m)
+        first = first or not motion.counts["pieces"]  # what happens at the start completes the first mode
         motion.counts["kinks"] += int(np.sum(motion.m[layout.signs] * mode[layout.signs] < 0)) if not first else 0
         motion.counts["grazes"] += int(bool(hit) and np.array_equal(motion.m, mode))
         motion.m, after = mode, layout.modes(mode)
@@ -202,9 +219,10 @@ class IntegratorsProgram(Program):
 
     def _start_springs(self, motion: Motion, p: np.ndarray) -> None:
         """Complete the first mode of contacts behind springs, whose sliders stick unless they are at their limits."""
-        first = self.automaton.layout.first_other
-        guards, rates, _ = (numbers(e)[first:] for e in self._rule.look(motion.y, motion.t, p, motion.m))
+        layout = self.automaton.layout
+        guards, rates, _ = (numbers(e)[layout.first_other :] for e in self._rule.look(motion.y, motion.t, p, motion.m))
         fallen = (guards < 0) | ((guards == 0) & (rates < 0))
+        fallen[layout.first_clock - layout.first_other :] = False
         if np.any(fallen):
             self._transit(motion, p, fallen.astype(float))
 

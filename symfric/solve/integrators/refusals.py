@@ -45,8 +45,9 @@ def declines(automaton: Automaton, plugin: str | None, scene: Scene, derivatives
         if automaton.at_edges and has_events(automaton):
             return "a profile jumps, and a contact can stick"
         return ""
-    if automaton.layout.others:
-        return f"contact {automaton.layout.others[0].name!r} is behind a spring"
+    springs = [c for c in automaton.layout.others if not c.clocks]
+    if springs:
+        return f"contact {springs[0].name!r} is behind a spring"
     if plugin in ONE_STEP:
         return ""
     if any(automaton.sticks):
@@ -60,10 +61,14 @@ def declines(automaton: Automaton, plugin: str | None, scene: Scene, derivatives
 
 def _jumping(automaton: Automaton, plugin: str | None, scene: Scene) -> str:
     """Return why the route declines what only the event loop takes; empty if there is nothing."""
-    if scene.clocks:
-        return "held variables and resets are for the route 'taylor'"
+    if scene.clocks and plugin not in ONE_STEP:
+        return f"held variables and resets restart the motion at every instant, which {plugin} does not"
+    if any(part.crossing is not None for part in scene.clocks):
+        return "a held variable or reset waits for a crossing, which only the event loop takes"
     for c in scene.contacts_that_open:
         return f"contact {c.name!r} opens and strikes, which only the event loop takes"
+    if automaton.planes:
+        return "a contact slides in the plane, which only the event loop takes"
     if automaton.steps and plugin not in ONE_STEP and any(map(jumps_in_time, scene.system.expressions)):
         return f"a force steps in time, over which {plugin} steps without an event"
     held = {s for s, signal in scene.inputs.items() if signal.hold}

@@ -16,7 +16,7 @@ def smooth_step(plan: Plan, width: int, name: str = "smooth") -> Written:
     gains, totals = kernel.reaches(c, h, far)
     for i in range(plan.n_g):
         row = c[plan.n_x + i]
-        if any(moves(e) for e in row[1:]):
+        if any(moves(e) or e != 0.0 for e in row[1:]):
             kernel.require(excluded(kernel, i, row, totals[i], far))
         elif moves(row[0]):
             kernel.require(row[0] > 0.0)
@@ -40,7 +40,7 @@ def to_event(kernel: Kernel) -> tuple[Value, Value, Value]:
     tau, which = far, choose(kernel.called, 0.0, far - far)
     for i in range(plan.n_g):
         row = c[plan.n_x + i]
-        if any(moves(e) for e in row[1:]):
+        if any(moves(e) or e != 0.0 for e in row[1:]):
             tau, which = first(kernel, row, i, totals[i], far, tau, which)
         elif moves(row[0]):
             kernel.require(row[0] > 0.0)

@@ -50,14 +50,10 @@ def plan_of(model: CompiledModel, automaton: Automaton, variants: Sequence[Serie
     rows, layout, clock, exact = model.wanted.rows, automaton.layout, model.first.clock, model.first.limits.exact
     if not all(isinstance(v.series, ca.Function) and v.series.n_instructions() <= _LONGEST for v in variants):
         return None
-    if (
-        automaton.steps
-        or layout.first_clock < layout.n_guards
-        or layout.n_guards > _GUARDS
-        or any(r.kind not in CARRIED or r.start > 0.0 for r in rows)
-    ):
+    long = layout.n_guards > _GUARDS or any(r.kind not in CARRIED or r.start > 0.0 for r in rows)
+    if layout.openings or automaton.planes or long:
         return None
-    alone = len(layout.lines) == 1 and layout.n_guards == LINE_GUARDS and not automaton.inputs
+    alone = len(layout.lines) == 1 and layout.n_guards == LINE_GUARDS and not automaton.inputs and not automaton.steps
     settles = alone and len(variants) == 2 and automaton.anchors[0][0] >= 0 and not model.first.limits.varied
     return Plan(automaton, tuple(variants), rows, clock.tolerance, clock.doubt, horizon, exact, settles)
 

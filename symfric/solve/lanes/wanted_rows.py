@@ -125,8 +125,12 @@ def _turn(kernel: Kernel, b: Row, lanes: Value, one_way: Value, low: Value, high
 
 
 def _summit(kernel: Kernel, b: Row, first: Value, last: Value, lanes: Value) -> tuple[Value, Value]:
-    """Return place and value of the extremum of b in (0, 1), as the function of this name does for one case."""
+    """Return place and value of the extremum of b in (0, 1), as the function of this name does for one case.
+
+    Coefficients that are known to be zero are kept as lanes: sums without them would be rounded elsewhere.
+    """
     g, n, zero = kernel.g, kernel.plan.order, first - first
+    b = [e if moves(e) else zero + e for e in b]
     rises, bend = first < 0.0, 2.0 * b[2]
     with g.apart():
         root = g.sqrt(larger(bend * bend - 4.0 * (first * ((last - first) - bend)), 0.0))

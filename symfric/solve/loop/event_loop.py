@@ -26,15 +26,17 @@ from symfric.solve.loop.events.time_steps import mark_steps
 from symfric.solve.loop.events.transitions import transit
 from symfric.solve.loop.modes.layout import mode
 from symfric.solve.loop.modes.mode_selection import keep_scales, settle
+from symfric.solve.loop.modes.planes import settle_planes
 from symfric.solve.loop.modes.trial_modes import settle_openings
 from symfric.solve.loop.precision import EPS, STRETCH
 from symfric.solve.loop.recording.accumulation import accumulate
 from symfric.solve.loop.recording.trajectory import store_event, store_step
 from symfric.solve.loop.run_rules import begin_counting, begin_values, budget, pause
 from symfric.solve.loop.stepping.calls import expand, prelude
+from symfric.solve.loop.stepping.release_in_plane import comes_to_rest, leave_rest
 from symfric.solve.loop.stepping.singular_start import arrives, start_singular
-from symfric.solve.loop.stepping.step_acceptance import proven
-from symfric.solve.loop.stepping.step_size import step_rule, step_size, weighted_rule, weighted_size
+from symfric.solve.loop.stepping.step_acceptance import proven, reach, try_end
+from symfric.solve.loop.stepping.step_size import step_rule, step_size, truncated_size, weighted_rule, weighted_size
 from symfric.solve.loop.workspace import LoopArrays
 from symfric.solve.status import PAUSED
 
@@ -96,10 +98,21 @@ def drive(w: LoopArrays) -> int:
                 return status
             if w.limits.apart:
                 return PAUSED
+            if w.limits.planes:
+                tau = leave_rest(w, n_x, n_c)
+                if tau > 0.0:
+                    reach(w, tau, tau)
+                    try_end(w, n_x, tau)
+                    _advance(w, n_x, n_c, tau)
+                    continue
         if w.counts.phase == EXPAND:
             expand(w)
             w.counts.phase = GO
+            if w.limits.planes and comes_to_rest(w, n_x, n_c):
+                continue
         h = step_size(w, n_x, rule)
+        if w.limits.planes and not h > 0.0:
+            h = truncated_size(w, n_x)
         if not h > 0.0:
             status = start_singular(w, n_x, n_c)
             if status != OK:
@@ -197,7 +210,12 @@ def _switch(w: LoopArrays, n_x: int, n_c: int) -> int:
     changed = transit(w, n_c) if w.contacts.other_guards.size else 0
     if changed < 0:
         return QUEUE_FULL
-    status = settle_openings(w, starting) if w.openings.variable.size else settle(w)
+    if w.openings.variable.size:
+        status = settle_openings(w, starting)
+    elif w.limits.planes:
+        status = settle_planes(w)
+    else:
+        status = settle(w)
     if status != OK:
         return status
     if w.limits.first_crossing < w.guards.hit.size and cross(w, n_x, starting):
@@ -211,8 +229,8 @@ def _switch(w: LoopArrays, n_x: int, n_c: int) -> int:
     for i in range(n_c):
         new = mode(w, i)
         at_rest = at_rest and new == 0
-        if w.contacts.opens[i] >= 0:
-            continue  # its events are stored already
+        if w.contacts.opens[i] >= 0 or 0 <= w.contacts.partner[i] < i:
+            continue  # its events are stored already, or with the first component of its slip
         if new != w.selection.old[i] and not starting:
             changed += 1
             if w.limits.keep_events:

@@ -75,6 +75,7 @@ def series_model(
         limits.along_q, limits.along_u, limits.felt, limits.pushes = matrices.sizes
     limits.sticker = automaton.sticks.index(True) if len(variants) > 1 else -1
     limits.edges, limits.coupled = len(automaton.at_edges), automaton.n_q * automaton.coupled
+    limits.planes = len(automaton.planes)
     limits.steps, limits.holds = len(automaton.steps), _slips_jump(scene)
     limits.first_load, limits.first_other = automaton.layout.first_load, automaton.layout.first_other
     limits.first_variable, limits.first_clock = automaton.layout.first_variable, automaton.layout.first_clock

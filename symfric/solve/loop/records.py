@@ -29,6 +29,7 @@ class Contacts(ArraySet):
     edge: Integers  # 1, 2, ... for the switches at which a profile jumps, 0 for the others, (n_s,)
     step: Integers  # 1 for the switches that are steps in time, (n_s,)
     opens: Integers  # index among the contacts that open, or -1, (n_c,)
+    partner: Integers  # the other component of the slip of a contact in the plane, or -1, (n_c,)
     shown: Integers  # index in m of what a trajectory keeps of contacts that do not slip along a line
     other_guards: IntegerMatrix  # contact of each of their guards, and its first variable in m or -1
 
@@ -193,3 +194,23 @@ class Impacts(ArraySet):
     rates: Reals
     factor: Matrix  # factorisation of the coupling of all contacts that hold, (n_c + n_n, n_c + n_n)
     held: Integers  # these contacts in its order
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Planes(ArraySet):
+    """Contacts in the plane, and the selection of modes beside them; see `symfric.solve.loop.modes.planes`."""
+
+    row: Integers  # their first rows among the contacts along a line, (n_p,)
+    arrived: Integers  # whether they have just come to rest, (n_p,)
+    rests: Integers  # whether their slip is zero, (n_p,)
+    variable: Integers  # of every contact the index in m of the first variable of its plane, or -1, (n_c,)
+    leaves: Integers  # whether the force of a contact has reached its bound, (n_c,)
+    slides: Integers  # whether it starts to slip
+    returned: Integers  # how often it was held again
+    free: Reals  # slip accelerations without forces of contacts at rest
+    bound: Reals  # largest forces of these
+    force: Reals  # their forces
+    gain: Reals  # and accelerations
+    coupling: Matrix  # what a turn of one direction does to the slips of all across theirs, (n_p, n_p)
+    turning: Matrix  # equations of the rates at which directions turn, (n_p, n_p + 1)
+    across: Reals  # solution of these, (n_p,)

@@ -24,6 +24,7 @@ from symfric.solve.loop.records import (
     Kinds,
     LinearEquations,
     Openings,
+    Planes,
     Powers,
     Roots,
     Saltation,
@@ -57,6 +58,7 @@ class LoopLimits(Limits, kind=int):
     edges: int  # number of switches at which a profile jumps
     steps: int  # number of steps in time
     holds: int  # whether an input at which slips jump is not continuous
+    planes: int  # number of contacts in the plane
     coupled: int  # n_q if the forces of one contact accelerate the slip of another, else 0
     first_load: int  # index of the first guard of loads; the guards of other contacts follow the loads
     first_other: int
@@ -103,7 +105,7 @@ class LoopArrays(RunArrays):
     gauge: Matrix  # slip, its scale, pull of static friction, load, static minus kinetic coefficient, all forces;
     # then the coupling J M^-1 J^T, the response M^-1 J^T of the velocities and, with the limit `coupled`, the
     # slopes J^T, (COUPLING + n_c + n_q + coupled, n_c), and the sizes at the edges, one after the other, see
-    # `symfric.lower.cell_edges.Edges`
+    # `symfric.lower.cell_edges.Edges`, or, with contacts in the plane, static and kinetic bounds
     span: Matrix  # the same at the largest velocities so far
     inputs: Inputs
     contacts: Contacts
@@ -120,6 +122,7 @@ class LoopArrays(RunArrays):
     transition: Transition
     openings: Openings
     impacts: Impacts
+    planes: Planes
 
 
 def make_arrays(
@@ -156,6 +159,7 @@ def make_arrays(
     exposed = sorted({r for v in variants for r in v.exposed})
     n_h = n_r if exposed else 0
     gauged = COUPLING + n_c + n_q * (1 + automaton.coupled) + -(-3 * len(automaton.at_edges) // max(n_c, 1))
+    gauged += 2 if automaton.planes else 0
     ranks = dict(zip(automaton.at_edges, range(1, n_switches + 1), strict=False))
     others, lines = n_g - layout.first_other, layout.lines_of_openings
     n_n, impact = len(lines), automaton.impact
@@ -185,6 +189,7 @@ def make_arrays(
             edge=_numbers([ranks.get(j, 0) for j in range(n_switches)]),
             step=_numbers([j in automaton.steps for j in range(n_switches)]),
             opens=_numbers([lines.index(i) if i in lines else -1 for i in range(n_c)]),
+            partner=_numbers(layout.partners),
             shown=_numbers(layout.shown),
             other_guards=_numbers(layout.other_guards).reshape(-1, 2),
         ),
@@ -256,7 +261,33 @@ def make_arrays(
             factor=(n_n + n_c, n_n + n_c) if impact else (0, 0),
             held=n_n + n_c if impact else 0,
         ),
+        planes=_planes(automaton),
     )
+
+
+def _planes(automaton: Automaton) -> Planes:
+    """Return the arrays of contacts in the plane, empty without them."""
+    layout, n_p = automaton.layout, len(automaton.planes)
+    n_c = len(layout.lines) if n_p else 0
+    room = Planes.zeros(
+        row=n_p,
+        arrived=n_p,
+        rests=n_p,
+        variable=n_c,
+        leaves=n_c,
+        slides=n_c,
+        returned=n_c,
+        free=n_c,
+        bound=n_c,
+        force=n_c,
+        gain=n_c,
+        coupling=(n_p, n_p),
+        turning=(n_p, n_p + 1),
+        across=n_p,
+    )
+    room.row[:] = automaton.planes
+    room.variable[:] = layout.planes[:n_c]
+    return room
 
 
 def _room(*shape: int) -> np.ndarray:

@@ -53,7 +53,7 @@ class Taylor(Route):
         automaton, stiff = scene.automaton, explicit_steps(scene) > MANY
         contacts, kinks = sum(automaton.sticks), automaton.layout.switches
         opening = len(scene.scene.contacts_that_open)
-        contacts += sum(not c.clocks for c in automaton.layout.others) - opening
+        contacts += sum(not c.clocks for c in automaton.layout.others) - opening - 2 * len(automaton.planes)
         kind = "piecewise analytic" if contacts or kinks or opening else "smooth"
         sticking = f"{counted(contacts, 'contact')} that can stick, "
         sticking += f"{counted(opening, 'contact')} that can open, " if opening else ""

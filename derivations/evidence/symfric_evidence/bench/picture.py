@@ -8,6 +8,7 @@ import numpy as np
 
 from symfric_evidence.bench.needs import Need
 from symfric_evidence.bench.scaling import CostGrowth
+from symfric_evidence.bench.where import KINDS
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from symfric_evidence.bench.ensembles import CaseCost
     from symfric_evidence.bench.published import PublishedDifference
     from symfric_evidence.bench.result import Benchmark, ErrorCurve
+    from symfric_evidence.bench.where import Share
 
 _MARKERS, _COLORS = "osD^vPX*<>hp", [*(f"C{k}" for k in range(10)), "black", "gold"]
 _SMALLEST = 1e-16  # smallest error drawn, also for zero
@@ -135,6 +137,16 @@ def costs_table(title: str, costs: Sequence[Need]) -> "Table":
     result = _table(title, ("what", "ms", "relative"), ("what",))
     for cost in costs:
         result.add_row(cost.wanted, f"{1e3 * cost.seconds:.3g}", f"{cost.seconds / costs[0].seconds:.2f}")
+    return result
+
+
+def where_table(shares: "Sequence[Share]") -> "Table":
+    """Return a rich Table of CPU seconds of long calls by the kind of work."""
+    columns = ("call", "caches", "CPU s", *KINDS, "runs", "with derivatives")
+    result = _table("Where the CPU time of long calls goes", columns, ("call", "caches"))
+    for share in shares:
+        seconds = (f"{share.total:.2f}", *(f"{share.seconds[kind]:.2f}" for kind in KINDS))
+        result.add_row(share.call, share.state, *seconds, f"{share.runs}", f"{share.varied}")
     return result
 
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 @click.option("--problem", "names", multiple=True, metavar="NAME", help="Only this problem; may be repeated.")
 @click.option("--growth", "with_growth", is_flag=True, help="Measure instead how run time grows with size and outputs.")
 @click.option("--published", "with_published", is_flag=True, help="Compare instead with Modelica's published numbers.")
+@click.option("--where", "with_where", is_flag=True, help="Tell instead where the CPU time of ten long calls goes.")
 @click.option("--quick", is_flag=True, help="Fewer rounds and tolerances: two minutes at most, peers included.")
 @click.option("--rounds", default=7, show_default=True, type=click.IntRange(1, 1000), help="Timings; 3 x if short.")
 @click.option("-o", "--out", type=click.Path(path_type=Path), help="Folder for bench.json and bench.png.")
@@ -31,6 +32,7 @@ def bench(
     names: tuple[str, ...],
     with_growth: bool,
     with_published: bool,
+    with_where: bool,
     quick: bool,
     rounds: int,
     out: Path | None,
@@ -59,9 +61,10 @@ def bench(
             if not quiet:
                 errors.print(line, style="dim")
 
-        if with_growth or with_published:
-            (_growth if with_growth else _published)(folder, as_json, tell)
-            return
+        for asked, measured in ((with_growth, _growth), (with_published, _published), (with_where, _where)):
+            if asked:
+                measured(folder, as_json, tell)
+                return
         benchmark = measure(names, with_peers=with_peers, rounds=rounds, quick=quick, progress=tell)
     if folder is not None:
         _write(benchmark, folder)
@@ -93,6 +96,22 @@ def _published(folder: Path | None, as_json: bool, tell: Callable[[str], None]) 
         print_json({"published": plain})
         return
     Console().print(published_table(found))
+
+
+def _where(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> None:
+    from rich.console import Console
+
+    from symfric_evidence.bench.picture import where_table
+    from symfric_evidence.bench.where import where
+
+    shares = where(progress=tell)
+    plain = [share.to_dict() for share in shares]
+    if folder is not None:
+        write_results({folder / "where.json": json.dumps(plain, indent=2)})
+    if as_json:
+        print_json({"where": plain})
+        return
+    Console().print(where_table(shares))
 
 
 def _growth(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> None:

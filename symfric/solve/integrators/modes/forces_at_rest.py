@@ -148,6 +148,14 @@ class Rest:
             and self.marked(trial, tuple(np.flatnonzero(m[: len(self.rows)])))[i] == FOLLOWS
         )
 
+    def with_followers(self, m: np.ndarray, still: list[int]) -> np.ndarray:
+        """Return the mode in which contacts of `still` stick too whose slips cannot start while the others stick."""
+        m = m.copy()
+        for i in (i for i in still if not m[i] and self.automaton.sticks[i]):
+            if self.idle(m, i):
+                m[i] = 1.0
+        return m
+
     def _needed(self, plain: np.ndarray) -> tuple[list[int], np.ndarray, np.ndarray]:
         """Return the first sticking contact of each parallel group, ``J^T lambda``, and the bounds of the groups."""
         n_c, groups = len(self.rows), self.automaton.parallels

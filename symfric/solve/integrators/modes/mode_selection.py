@@ -19,7 +19,7 @@ from symfric.lower.mode_layout import backward, contact_of, forward
 from symfric.solve.integrators.modes.forces_at_rest import Rest
 
 _MOST_TRIALS = 20_000
-_FORCES, _SPREAD = 5, 7  # outputs of the gauge function
+_FORCES, _SPREAD, _EDGES = 5, 7, 9  # outputs of the gauge function
 ROUNDING = 64 * 2.0**-52  # rounding error of a sum of a few terms, relative to their magnitudes
 _FAR = 100  # largest correction of the state, in units of the zero of a slip
 _HIT = 1e-6  # relative distance from a bound within which a force has reached it
@@ -106,6 +106,16 @@ def starting_mode(rule: Rule, y: np.ndarray, t: float, p: np.ndarray) -> np.ndar
     return next_mode(rule, y, t, p, m, frozenset())
 
 
+def moving(rule: Rule, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray) -> np.ndarray:
+    """Return a mode with the directions of all slips that are not zero, after the state has jumped."""
+    slip = numbers(rule.automaton.gauge(y, t, p)[0])
+    scale = numbers(rule.automaton.gauge(np.maximum(rule.farthest, np.abs(y)), t, p)[1])
+    m = m.copy()
+    for i in np.flatnonzero(np.abs(slip) > rule.zero * scale):
+        m[i], m[rule.automaton.layout.direction(int(i))] = 0.0, np.sign(slip[i])
+    return m
+
+
 def next_mode(
     rule: Rule, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray, hit: frozenset[int]
 ) -> np.ndarray | None:
@@ -141,6 +151,9 @@ def next_mode(
         if _nearly(rule, y, t, p, sorted([*still, i])):
             still = sorted([*still, i])
     _project(rule, y, t, p, still)
+    slip = numbers(automaton.gauge(y, t, p)[0])  # those that follow from slips at zero are zero too
+    followers = {i for i in range(n_c) if abs(slip[i]) <= ROUNDING * scale[i] and (i in slow or automaton.sticks[i])}
+    still = sorted({*still, *followers})
     before = tuple(i for i in still if m[i] and not hit & {backward(i), forward(i)})
     m = m.copy()
     for j in (j for j in range(layout.switches) if layout.switch(j) in hit):
@@ -167,8 +180,8 @@ def next_mode(
     selected = next((mode for mode in map(completed, likely) if mode is not None), None)
     if selected is not None:
         for i in sorted((i for i in still if automaton.sticks[i]), key=lambda i: (i not in before, -pull[i])):
-            if not selected[i] and (more := completed(_at_rest(automaton, selected, [i]))) is not None:
-                selected = more
+            more = None if selected[i] else completed(here.with_followers(_at_rest(automaton, selected, [i]), still))
+            selected = selected if more is None else more
         return selected
     ordered = sorted(still, key=partial(_room, here.guards(here.marked(rest))))
     trials = itertools.islice(_trials(automaton, rest, ordered), _MOST_TRIALS)
@@ -253,7 +266,7 @@ def _with_edges(rule: Rule, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarra
     rested, m = np.abs(m[entries]) == ON_EDGE, m.copy()
     m[entries] = ON_EDGE
     guards, first, second = (numbers(e)[edges] / ON_EDGE for e in rule.look(y, t, p, m))
-    place, rate, force = np.split(numbers(automaton.gauge(np.maximum(rule.farthest, np.abs(y)), t, p)[-1]), 3)
+    place, rate, force = np.split(numbers(automaton.gauge(np.maximum(rule.farthest, np.abs(y)), t, p)[_EDGES]), 3)
     drift = rested * force * t
     zero = np.isin(edges, list(hit)) | (np.abs(guards) <= rule.zero * np.maximum(place, drift * t))
     still = zero & (np.abs(first) <= rule.zero * np.maximum(rate, drift))

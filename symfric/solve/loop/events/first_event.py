@@ -75,6 +75,7 @@ def _crossing(w: LoopArrays, r: int, g: int, begin: float, total: float, h: floa
         if total == 0.0:
             return 2.0 * h
         power, decided = h**first, (slips and first == 1) or (is_switch(w, g) and first < PROBED)
+        decided = decided or (_is_gap(w, g) and first <= 2)
         while first < order and abs(w.c[r, first]) * power <= LEAST_TERM * total and not decided:
             first += 1
             power *= h
@@ -89,3 +90,10 @@ def _crossing(w: LoopArrays, r: int, g: int, begin: float, total: float, h: floa
     return first_crossing(
         w.c[r, first:], order - first, h, begin, total, w.tables.bernstein, w.roots.stack, w.roots.found, w.roots.poly
     )
+
+
+@compiled(inline=True)
+def _is_gap(w: LoopArrays, g: int) -> bool:
+    """Whether guard g is the gap of a contact that opens, whose first derivative that is not zero is known."""
+    k = g - w.limits.first_opening
+    return 0 <= k < 2 * w.openings.variable.size and k % 2 == 0

@@ -11,6 +11,7 @@ from symfric.lower.impacts import APART, FIELDS, SLIPS, STICKS, TURNS
 from symfric.lower.mode_layout import OPEN
 from symfric.solve.loop.codes import IMPACT, OK, PAINLEVE, SLIP, TERMS
 from symfric.solve.loop.modes.layout import mode
+from symfric.solve.loop.modes.tolerances import instant
 from symfric.solve.loop.precision import ROUNDING, TINY
 from symfric.solve.loop.recording.trajectory import store_event
 from symfric.solve.loop.stepping.calls import measure
@@ -20,6 +21,7 @@ MOST_TRIALS = 20_000  # most combinations that are tried
 _FEASIBLE = 1e-9  # margin, relative to the largest rate of a gap, down to which a combination is possible
 _JAM = 1e2  # normal force, relative to that of forces that do not cancel, that grows without bound
 _DISTINCT = 1e-6  # the same beyond which a second possible combination is another answer
+_TOGETHER = 64.0  # rounding errors of time between impacts that come at the same time
 GAP, SIZE, RATE, SPEED, LEAST, RESPONSE, AFTER, FIRST, SECOND = range(9)  # of the answer, n numbers each
 
 
@@ -75,7 +77,7 @@ def _rules(w: LoopArrays) -> int:
 @compiled
 def begin_impact(w: LoopArrays, starting: bool) -> bool:
     """Determine which contacts touch, and whether one of them strikes."""
-    n, n_p, strikes = w.openings.variable.size, w.p.size, False
+    n, n_p, strikes, now = w.openings.variable.size, w.p.size, False, _TOGETHER * instant(w)
     for r in range(n_p):
         w.impacts.asked[r] = w.p[r]
     for r in range(n_p, w.impacts.asked.size):
@@ -84,7 +86,7 @@ def begin_impact(w: LoopArrays, starting: bool) -> bool:
     for k in range(n):
         gap, rate = told(w, GAP, k), told(w, RATE, k)
         closed = not starting and not is_open(w, k)
-        near = gap <= ROUNDING * told(w, SIZE, k)
+        near = gap <= ROUNDING * told(w, SIZE, k) - min(rate, 0.0) * now
         w.impacts.touches[k] = closed or near or (not starting and w.guards.hit[w.limits.first_opening + 2 * k] != 0)
         w.impacts.struck[k] = 0
         w.impacts.asked[_field(w, 2, k)] = 1.0

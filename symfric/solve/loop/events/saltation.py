@@ -11,6 +11,7 @@ from symfric.codegen.numba_types import call_code, compiled
 from symfric.lower.cell_edges import ON_EDGE
 from symfric.lower.constraint_forces import AT_BOUND
 from symfric.lower.mode_layout import GAPS
+from symfric.lower.planes import STARTS
 from symfric.model.rows import INTEGRAL, RANGE
 from symfric.solve.loop.arithmetic import value
 from symfric.solve.loop.codes import JUMP
@@ -100,6 +101,7 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
     changed = False
     for i in range(n_c):
         slipped, slips = w.saltation.before[first + i] < 0.5, w.m[i] < 0.5
+        w.counts.doubts += slipped and w.m[i] == STARTS  # it stopped and started at once
         changes = slipped != slips or (slips and w.saltation.before[first + direction(i, n_c)] != way(w, i))
         changed = changed or changes
         ended = changes and slipped and (w.selection.zero[i] or not w.counts.jumped)
@@ -119,6 +121,8 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
         # an exchange of constraints does not change the motion
         if is_along_line(w, g) and w.m[contact_of(g)] == AT_BOUND:
             continue
+        if is_along_line(w, g) and _only_passes(w, contact_of(g)):
+            continue
         slow = (
             abs(w.saltation.after[slopes + g]) * natural_time(w) <= (2.0 * w.clock.tolerance) ** 0.5 * w.scale[n_x + g]
         )
@@ -126,6 +130,12 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
             w.counts.doubts += 1
     if changed and w.counts.stall > 0:
         w.counts.doubts += 1
+
+
+@compiled(inline=True)
+def _only_passes(w: LoopArrays, i: int) -> bool:
+    """Whether contact i slips in the plane, and its speed was zero up to the error of a step only."""
+    return w.contacts.partner[i] >= 0 and w.m[i] == 0.0 and w.saltation.before[w.p.size + i] == 0.0
 
 
 @compiled

@@ -64,15 +64,9 @@ def _select(w: LoopArrays, n_x: int, n_c: int) -> int:
     """Select the mode; the slips of contacts in ``w.selection.passes`` are not set to zero first."""
     n_s = w.contacts.edge.size
     try_sticking(w, n_x, n_c)
-    for i in range(n_c):
-        g, lost = w.contacts.loads[i], 0.0
-        if g >= 0:
-            w.guards.slack[g] = no_load(w, i) + missed(w, n_x + g)
-            lost = -w.guards.slack[g] - TOUCH * w.clock.tolerance * w.scale[n_x + g]
-        if w.gauge[LOAD, i] < lost:
-            return LOST_CONTACT
-        if w.gauge[DROP, i] < 0.0:
-            return UNDECIDED
+    status = loads_hold(w, n_x, n_c)
+    if status != OK:
+        return status
     horizon = w.clock.t_end
     for i in range(w.selection.turns.size):
         w.selection.turns[i] = 0
@@ -97,6 +91,21 @@ def _select(w: LoopArrays, n_x: int, n_c: int) -> int:
         mark_fresh(w, n_x, n_c, n_s)
         return OK
     return UNDECIDED
+
+
+@compiled(inline=True)
+def loads_hold(w: LoopArrays, n_x: int, n_c: int) -> int:
+    """Return the status of normal loads and of coefficients at rest, which may not be negative."""
+    for i in range(n_c):
+        g, lost = w.contacts.loads[i], 0.0
+        if g >= 0:
+            w.guards.slack[g] = no_load(w, i) + missed(w, n_x + g)
+            lost = -w.guards.slack[g] - TOUCH * w.clock.tolerance * w.scale[n_x + g]
+        if w.gauge[LOAD, i] < lost:
+            return LOST_CONTACT
+        if w.gauge[DROP, i] < 0.0:
+            return UNDECIDED
+    return OK
 
 
 @compiled(inline=True)
@@ -167,7 +176,9 @@ def mark_fresh(w: LoopArrays, n_x: int, n_c: int, n_s: int) -> None:
     """Mark the guards that start the new mode at zero, or below it within the error of the run."""
     for i in range(n_c):
         a, b = w.probe[n_x + backward(i), 0], w.probe[n_x + forward(i), 0]
-        if w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
+        if w.contacts.partner[i] >= 0:
+            _mark_in_plane(w, i, a, w.probe[n_x + backward(i), 1])
+        elif w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
             w.guards.fresh[backward(i)], w.guards.fresh[forward(i)] = 1, 1
             w.guards.slack[backward(i)], w.guards.slack[forward(i)] = 0.0, 0.0
         elif w.m[i] > 0.5:
@@ -191,6 +202,15 @@ def mark_fresh(w: LoopArrays, n_x: int, n_c: int, n_s: int) -> None:
         if w.contacts.step[j]:
             zero = max(zero, 2.0 * soon(w) * abs(w.probe[n_x + g, 1]))
         w.guards.fresh[g] = w.guards.hit[g] != 0 or abs(w.probe[n_x + g, 0]) <= zero
+
+
+@compiled(inline=True)
+def _mark_in_plane(w: LoopArrays, i: int, value: float, change: float) -> None:
+    """Mark the guards of a row of a contact in the plane; while it sticks the first may start at zero."""
+    g, rises = backward(i), change > 0.0
+    tied = w.m[i] > 0.5 and w.contacts.partner[i] > i and value <= ROUNDING * w.scale[w.y.size - 1 + g] and rises
+    w.guards.fresh[g], w.guards.fresh[forward(i)] = tied, 0
+    w.guards.slack[g], w.guards.slack[forward(i)] = 0.0 if tied else max(0.0, -value), 0.0
 
 
 @compiled(inline=True)

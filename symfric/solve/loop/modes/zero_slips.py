@@ -1,5 +1,7 @@
 """Slips that are zero: contacts that may stick are tried as sticking, and their slips made exactly zero."""
 
+import numpy as np
+
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import FOLLOWS, HOLDS
 from symfric.solve.loop.codes import COUPLING, SLIP, TERMS
@@ -9,6 +11,7 @@ from symfric.solve.loop.precision import ROUNDING, TOUCH
 from symfric.solve.loop.stepping.calls import measure
 from symfric.solve.loop.workspace import LoopArrays
 
+NEAR = 1e-10  # speed, relative to its largest terms, below which a contact in the plane that comes to rest is at rest
 AMPLIFIED = 1e3  # change of velocities, relative to that for a single slip, by nearly parallel slips made zero
 
 
@@ -17,6 +20,8 @@ def try_sticking(w: LoopArrays, n_x: int, n_c: int) -> None:
     """Set the trial mode: contacts at zero slip stick, or are released if their bound was reached."""
     measure(w, w.y, w.gauge)
     n_q, w.clock.removed, w.clock.gained = w.limits.n_q, 0.0, 0.0
+    for k in range(w.planes.rests.size):
+        w.planes.rests[k] = 0
     for r in range(n_x + 1):  # if everything comes to rest at once, rounding is relative to the previous velocities
         w.step.end[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
     measure(w, w.step.end, w.span)
@@ -50,7 +55,10 @@ def try_sticking(w: LoopArrays, n_x: int, n_c: int) -> None:
 @compiled(inline=True)
 def _find_zeros(w: LoopArrays, n_c: int) -> None:
     """Add the contacts whose slip is zero up to rounding; all at zero slip stick on trial, the others slip."""
+    _find_zeros_in_plane(w)
     for i in range(n_c):
+        if w.contacts.partner[i] >= 0:
+            continue
         slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
         w.selection.zero[i] = w.selection.zero[i] or abs(slip) <= ROUNDING * size
         if not w.selection.zero[i]:
@@ -58,6 +66,31 @@ def _find_zeros(w: LoopArrays, n_c: int) -> None:
             w.m[i] = 0.0
         elif w.contacts.sticks[i] and w.m[i] == 0.0:
             w.m[i] = FOLLOWS  # unless `share` finds it independent
+
+
+@compiled
+def _find_zeros_in_plane(w: LoopArrays) -> None:
+    """Do the same for contacts in the plane.
+
+    The series of a speed that has fallen to zero may be off by the error of a step where the slip vector only passes
+    near zero.
+    """
+    for k in range(w.planes.rests.size):
+        i = w.planes.row[k]
+        j = i + 1
+        size = max(w.gauge[TERMS, i], w.gauge[TERMS, j], 0.125 * w.span[TERMS, i], 0.125 * w.span[TERMS, j])
+        share = ROUNDING
+        if w.guards.hit[backward(i)]:
+            share = max(share, min(NEAR, w.clock.tolerance))
+        rests = w.planes.arrived[k] or (w.selection.old[i] == 0 and not w.counts.jumped)
+        if rests or np.hypot(w.gauge[SLIP, i], w.gauge[SLIP, j]) <= share * size:
+            w.planes.rests[k] = 1
+        w.selection.zero[i], w.selection.zero[j] = w.planes.rests[k], w.planes.rests[k]
+        w.m[direction(i, w.contacts.sticks.size)], w.m[direction(j, w.contacts.sticks.size)] = 1.0, 1.0
+        if w.planes.rests[k] == 0:
+            w.m[i], w.m[j] = 0.0, 0.0
+        elif w.m[i] <= 0.5:
+            w.m[i], w.m[j] = FOLLOWS, FOLLOWS
 
 
 @compiled

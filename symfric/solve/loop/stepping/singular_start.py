@@ -71,7 +71,7 @@ def start_singular(w: LoopArrays, n_x: int, n_c: int) -> int:
     else:  # a kink: the old branch is regular here with the same force, so it is used for one short step
         for r in range(n_x):
             w.y[r] = w.step.base[0, r] + h * (w.step.base[1, r] + h * w.step.base[2, r])
-    _keep(w, n_x, n_c, h)
+    keep_straight(w, n_x, n_c, h)
     for g in range(w.guards.fresh.size):
         w.guards.fresh[g] = 0
     w.counts.phase = EXPAND
@@ -104,7 +104,7 @@ def arrives(w: LoopArrays, n_x: int, n_c: int) -> bool:
     for r in range(n_x):
         w.y[r] += h * w.step.base[1, r]
     w.y[n_x] += h
-    _keep(w, n_x, n_c, h)
+    keep_straight(w, n_x, n_c, h)
     for g in range(w.guards.hit.size):
         w.guards.hit[g], w.guards.fresh[g] = g == hit, 0
     w.counts.phase = SETTLE
@@ -128,7 +128,7 @@ def _arrives(w: LoopArrays, n_x: int, n_c: int) -> bool:
 
 
 @compiled
-def _keep(w: LoopArrays, n_x: int, n_c: int, h: float) -> None:
+def keep_straight(w: LoopArrays, n_x: int, n_c: int, h: float) -> None:
     """Append the short step to the trajectory, as a straight line."""
     if w.limits.keep_path == 0 or w.counts.kept_steps >= w.stored.path_t.shape[0]:
         return

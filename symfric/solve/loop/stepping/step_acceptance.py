@@ -37,7 +37,7 @@ def proven(w: LoopArrays, n_x: int, tau: float) -> float:
     """Set the trial state to the end of a step of length tau; return the accepted length, or one to try."""
     if w.limits.checked:
         return _proven(w, n_x, tau)
-    _try_end(w, n_x, tau)
+    try_end(w, n_x, tau)
     return tau
 
 
@@ -108,7 +108,7 @@ def _rounding(w: LoopArrays, r: int) -> float:
 
 
 @compiled(inline=True, fused=True)
-def _try_end(w: LoopArrays, n_x: int, t: float) -> None:
+def try_end(w: LoopArrays, n_x: int, t: float) -> None:
     """Set the trial state to the polynomial after the time t."""
     if t != w.step.lengths[0]:
         reach(w, t, t)
@@ -119,7 +119,7 @@ def _try_end(w: LoopArrays, n_x: int, t: float) -> None:
 @compiled(fused=True)
 def _obeys(w: LoopArrays, n_x: int, t: float, tau: float) -> bool:
     """Whether rates and exposed rows of the polynomial after the time t satisfy the equations (small defect)."""
-    _try_end(w, n_x, t)
+    try_end(w, n_x, t)
     w.step.end[n_x] = w.y[n_x] + (w.clock.t_low + t)
     note_rates(w)
     tolerance = SLACK * w.clock.tolerance

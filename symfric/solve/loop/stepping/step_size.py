@@ -7,12 +7,14 @@ import numpy as np
 from symfric.codegen.elementwise import bits_of
 from symfric.codegen.numba_types import compiled
 from symfric.solve.loop.arithmetic import largest_of_row, logarithm, power_of_two
+from symfric.solve.loop.modes.layout import backward, contact_of, is_slip
 from symfric.solve.loop.precision import EPS, TINY
 from symfric.solve.loop.statements import CUT, INFINITE, ONE, PART
 from symfric.solve.loop.stepping.decay_weights import LONGEST, PREFERRED
 from symfric.solve.loop.workspace import LoopArrays
 
 _SHORT = 1e-3  # first step without a limit by coefficients, relative to the run
+_HUGE, _FEWEST = 1e250, 6  # coefficients that count as overflow, and the least order that is left without them
 _NONE = -2047 * ONE  # less than any logarithm
 
 Rule = tuple[float, Any, Any, Any, Any]  # see `step_rule`
@@ -48,6 +50,28 @@ def step_size(w: LoopArrays, n_x: int, rule: Rule) -> float:
 
 
 @compiled(inline=False, fused=True)
+def truncated_size(w: LoopArrays, n_x: int) -> float:
+    """Return the step of the terms that are no overflow, without the others; NaN if these are too few.
+
+    So short a time to the next singularity of a slip vector has powers beyond the range of numbers.
+    """
+    order = w.c.shape[1] - 1
+    for r in range(w.c.shape[0]):
+        for k in range(order + 1):
+            if not abs(w.c[r, k]) < _HUGE:
+                order = k - 1
+                break
+    if order < _FEWEST:
+        return np.nan
+    for r in range(w.c.shape[0]):
+        for k in range(order + 1, w.c.shape[1]):
+            w.c[r, k] = 0.0
+    limit = logarithm(w.clock.tolerance)
+    rule = (EPS / w.clock.tolerance, limit, limit, np.int64(PART / order), np.int64(PART / (order - 1)))
+    return _size(w, n_x, order, rule)
+
+
+@compiled(inline=False, fused=True)
 def weighted_size(w: LoopArrays, n_x: int, h: float, rule: Rule) -> float:
     """Return a longer step than h with weighted coefficients if fast decays limit h, else h.
 
@@ -80,6 +104,8 @@ def _size(w: LoopArrays, n_x: int, order: int, rule: Rule) -> float:
         if w.limits.checked and n_x <= r < n_x + w.guards.hit.size and w.guards.fresh[r - n_x] == 0:
             # near a singularity of a law its guard must be accurate relative to its own value
             scale = largest_of_row(abs(w.c[r, 0]), w.c[r, 1], before, grain, scale)
+        if w.limits.planes and _is_speed(w, r - n_x):
+            scale = abs(w.c[r, 0])  # near zero a slip vector turns fast
         if scale < TINY:
             if _comes_late(w, r):
                 late = True
@@ -93,6 +119,14 @@ def _size(w: LoopArrays, n_x: int, order: int, rule: Rule) -> float:
     if max(worst, worst_below) >= 1024 * ONE:
         return np.nan
     return power_of_two(min((limit - (worst >> CUT)) * root, (limit_below - (worst_below >> CUT)) * root_below) >> 20)
+
+
+@compiled(inline=True)
+def _is_speed(w: LoopArrays, g: int) -> bool:
+    """Whether a guard is the speed of a contact that slips in the plane."""
+    if not (0 <= g < backward(w.contacts.sticks.size) and is_slip(g)):
+        return False
+    return w.contacts.partner[contact_of(g)] > contact_of(g) and w.m[contact_of(g)] == 0.0
 
 
 @compiled(inline=True, fused=True)

@@ -1,0 +1,209 @@
+"""Starts and stops of contacts in the plane, where the direction of their slip has no Taylor series.
+
+**Start.** With e the unit vector of the slip w and friction ``-B e``, w stays parallel to ``e = e_0 + e_1 t + ...``:
+``sum_j e_(k+1-j) x w_j = 0`` for the coefficients of every order. With the part ``eta n`` of e_k across e_0, and the
+coefficient r of ``w'`` without it,
+
+    ((k + 1) w_1^T e_0 + B n^T A n) eta = n^T r + (k + 1) sum_(j=2..k) e_(k+1-j) x w_j,
+
+one order after the other, for all contacts that start at once together; the part along e_0 keeps the length of e. From
+the end of this short step on the direction follows from the slip. Its error there dies out: friction across the slip
+damps it by ``B/|w|``, which is also why steps after a slow start are short.
+
+**Stop.** The direction turns like a power of the time left, so that series reach no further than the stop: steps shrink
+in proportion to that time, which costs its logarithm. Within a rounding error of the stop the rest is a straight line.
+
+References
+----------
+Antali and Stepan, Sliding and crossing dynamics in extended Filippov systems, SIAM Journal on Applied Dynamical Systems
+17 (2018) 823: the limit directions of slip in the plane.
+"""
+
+from symfric.codegen.numba_types import compiled
+from symfric.lower.planes import STARTS, TURNS
+from symfric.solve.loop.codes import EXPAND, SETTLE, TERMS
+from symfric.solve.loop.modes.layout import backward
+from symfric.solve.loop.modes.tolerances import natural_time
+from symfric.solve.loop.precision import ROUNDING
+from symfric.solve.loop.stepping.calls import expand, prelude
+from symfric.solve.loop.stepping.singular_start import keep_straight
+from symfric.solve.loop.workspace import LoopArrays
+
+LAST = 1e-12  # part of the natural time before a stop that is a straight line
+_PART = 0.01  # longest start, as part of the time left
+# start with derivatives, as part of the scale of time of the series: times the fourth root of the tolerance; where the
+# slip begins with an acceleration, its first direction is forgotten slowly
+_SHORTER, _SHORTEST = 0.2, 1e-9
+
+
+@compiled
+def leave_rest(w: LoopArrays, n_x: int, n_c: int) -> float:
+    """Write the series of contacts in the plane that start to slip into ``w.c``; return how far it is used, 0 if none.
+
+    The mode is left in which they slip.
+    """
+    starting = 0
+    for k in range(w.planes.row.size):
+        starting += w.m[w.planes.row[k]] == STARTS
+    if starting == 0:
+        return 0.0
+    known = min(TURNS, w.c.shape[1] - 2)
+    _couple(w, n_x)
+    for order in range(1, known + 1):
+        _keep_length(w, order)
+        prelude(w)
+        expand(w)
+        _turn(w, n_x, order)
+    prelude(w)
+    expand(w)
+    for r in range(w.c.shape[0]):
+        for k in range(known + 2, w.c.shape[1]):
+            w.c[r, k] = 0.0
+    time = _length(w, n_x, known + 1)
+    for k in range(w.planes.row.size):
+        i = w.planes.row[k]
+        if w.m[i] == STARTS:
+            w.m[i], w.m[i + 1] = 0.0, 0.0
+    prelude(w)
+    for g in range(w.guards.hit.size):
+        w.guards.hit[g] = 0
+    w.counts.flagged = 0
+    w.counts.phase = EXPAND
+    return time
+
+
+@compiled
+def _couple(w: LoopArrays, n_x: int) -> None:
+    """Find what a turn of every direction does to the slips, with the contacts that stick: ``B n^T A n``."""
+    n, across = w.planes.row.size, w.planes.across
+    for k in range(n):
+        for c in range(n):
+            w.planes.coupling[k, c] = 0.0
+    for c in range(-1, n):  # without any turn first
+        v = 0
+        if c >= 0:
+            if w.m[w.planes.row[c]] != STARTS:
+                continue
+            v = w.planes.variable[w.planes.row[c]]
+            w.m[v + 2], w.m[v + 3] = -w.m[v + 1], w.m[v]
+        prelude(w)
+        expand(w)
+        for k in range(n):
+            i = w.planes.row[k]
+            p = w.planes.variable[i]
+            felt = 2.0 * (w.m[p] * w.c[n_x + backward(i + 1), 2] - w.m[p + 1] * w.c[n_x + backward(i), 2])
+            if c < 0:
+                across[k] = felt
+            elif w.m[i] == STARTS:
+                w.planes.coupling[k, c] = across[k] - felt
+        if c >= 0:
+            w.m[v + 2], w.m[v + 3] = 0.0, 0.0
+
+
+@compiled
+def _keep_length(w: LoopArrays, order: int) -> None:
+    """Set the part of e_order along e_0 that keeps the length of e, and none across."""
+    for k in range(w.planes.row.size):
+        i = w.planes.row[k]
+        v, total = w.planes.variable[i], 0.0
+        for j in range(1, order):
+            a, b = v + 2 * j, v + 2 * (order - j)
+            total -= 0.5 * (w.m[a] * w.m[b] + w.m[a + 1] * w.m[b + 1])
+        if w.m[i] == STARTS:
+            w.m[v + 2 * order], w.m[v + 2 * order + 1] = total * w.m[v], total * w.m[v + 1]
+
+
+@compiled
+def _turn(w: LoopArrays, n_x: int, order: int) -> None:
+    """Solve for the parts of e_order across e_0 of all contacts that start, and add them."""
+    n, T, next_order = w.planes.row.size, w.planes.turning, order + 1
+    for k in range(n):
+        i = w.planes.row[k]
+        for c in range(n + 1):
+            T[k, c] = 0.0
+        T[k, k] = 1.0  # another contact, which does not turn
+        if w.m[i] != STARTS:
+            continue
+        a, b, v = n_x + backward(i), n_x + backward(i + 1), w.planes.variable[i]
+        e, f = w.m[v], w.m[v + 1]
+        T[k, k] = next_order * (e * w.c[a, 1] + f * w.c[b, 1])
+        total = e * w.c[b, next_order] - f * w.c[a, next_order]
+        for j in range(2, next_order):
+            p = v + 2 * (next_order - j)
+            total += w.m[p] * w.c[b, j] - w.m[p + 1] * w.c[a, j]
+        T[k, n] = next_order * total
+        for c in range(n):
+            T[k, c] += w.planes.coupling[k, c]
+    for k in range(n):  # the coupling is positive definite: no exchange of rows
+        for r in range(k + 1, n):
+            factor = T[r, k] / T[k, k]
+            for c in range(k, n + 1):
+                T[r, c] -= factor * T[k, c]
+    for k in range(n - 1, -1, -1):
+        total = T[k, n]
+        for c in range(k + 1, n):
+            total -= T[k, c] * w.planes.across[c]
+        w.planes.across[k] = total / T[k, k]
+    for k in range(n):
+        i = w.planes.row[k]
+        v = w.planes.variable[i]
+        if w.m[i] == STARTS:
+            w.m[v + 2 * order] -= w.planes.across[k] * w.m[v + 1]
+            w.m[v + 2 * order + 1] += w.planes.across[k] * w.m[v]
+
+
+@compiled
+def _length(w: LoopArrays, n_x: int, order: int) -> float:
+    """Return how far the series of a start, of this order, is used."""
+    longest = min(w.clock.t_end, w.inputs.times[w.counts.segment + 1]) - w.y[n_x]
+    time = _PART * longest
+    for r in range(n_x // (1 + w.limits.varied)):
+        last = abs(w.c[r, order])
+        if last == 0.0:
+            continue
+        own = (w.clock.tolerance * w.scale[r] / last) ** (1.0 / order)
+        for k in range(1, order):
+            own = max(own, (w.clock.tolerance * abs(w.c[r, k]) / last) ** (1.0 / (order - k)))
+        time = min(time, own)
+    if w.limits.varied:  # derivatives see a direction that is given: an error of the second order
+        whole, sudden = time * w.clock.tolerance ** (-1.0 / order), False
+        for k in range(w.planes.row.size):
+            i = w.planes.row[k]
+            a, b, v = n_x + backward(i), n_x + backward(i + 1), w.planes.variable[i]
+            first = abs(w.m[v] * w.c[a, 1] + w.m[v + 1] * w.c[b, 1])
+            second = abs(w.m[v] * w.c[a, 2] + w.m[v + 1] * w.c[b, 2])
+            sudden = sudden or (w.m[i] == STARTS and first > second * whole)
+        time = min(time, (_SHORTEST if sudden else _SHORTER * w.clock.tolerance**0.25) * whole)
+    return min(time, longest)
+
+
+@compiled
+def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
+    """Step to the stop of a contact in the plane if it is that near; return whether there was one.
+
+    Velocities keep their directions until the modes are selected: they lead to the derivatives of the time of the stop.
+    """
+    hit, time = -1, LAST * natural_time(w)
+    for k in range(w.planes.row.size):
+        i = w.planes.row[k]
+        row = n_x + backward(i)
+        speed, rate = w.c[row, 0], w.c[row, 1]
+        if w.m[i] != 0.0 or not rate < 0.0:
+            continue
+        rounding = ROUNDING * max(w.gauge[TERMS, i], w.gauge[TERMS, i + 1])
+        if speed < max(-rate * time, rounding):
+            hit, time = k, speed / -rate
+    if hit < 0:
+        return False
+    n_q, n_y = w.limits.n_q, n_x // (1 + w.limits.varied)
+    for r in range(n_x):
+        moves = r < n_q or 2 * n_q <= r < n_y
+        w.step.base[0, r] = w.y[r]
+        w.y[r] += time * w.c[r, 1] if moves else 0.0
+    w.y[n_x] += time
+    keep_straight(w, n_x, n_c, time)
+    for g in range(w.guards.hit.size):
+        w.guards.hit[g], w.guards.fresh[g] = 0, 0
+    w.guards.hit[backward(w.planes.row[hit])], w.planes.arrived[hit] = 1, 1
+    w.counts.phase = SETTLE
+    return True
