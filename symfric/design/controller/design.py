@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from symfric.design.controller.followed_motion import FollowedMotion
 from symfric.design.controller.settling_motions import SettlingMotions, grid_of_starts
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
@@ -134,7 +135,9 @@ def controller(
     -----
     A sampled system seldom hunts periodically, as a stop lies anywhere between two samples, so that no branch of cycles
     ends at the border; motions decide. They are surveyed over the bounds from below, and between the last value with
-    which all of them settle and the next one the border is bisected. Motions from other starts between the given ones
+    which all of them settle and the next one the border is bisected. Where hunting begins few starts lead to it, so a
+    motion that hunts beyond the border is followed to lower values, each run from where the last one was at a sampling
+    instant, until it comes to rest. Motions from other starts between the given ones
     verify it; where one of them goes on, these count, too. Values beyond it, at which motions settle again,
     do not count. A motion that fails or grows for ever does not settle.
 
@@ -176,6 +179,7 @@ def controller(
     motions = SettlingMotions(scene, name, varied, least, given, latest, float(half_range))
     for _ in range(_ROUNDS):
         border = _border(motions, grid, ends)
+        border, motions = _followed(motions, border, grid)
         below = _below(motions, border, low)
         if below.settles:
             break
@@ -184,15 +188,19 @@ def controller(
 
 
 class _Border(NamedTuple):
-    """The largest value, the sampling period that limits it, and the largest values at all periods."""
+    """The largest value, the sampling period that limits it, and the largest values at all periods.
+
+    With a little more, `beyond`, not all motions settle; NaN if they do up to the upper bound.
+    """
 
     value: float
     period: float | None
     all: np.ndarray
+    beyond: float
 
 
 def _border(motions: SettlingMotions, grid: np.ndarray, periods: np.ndarray | None) -> _Border:
-    last, _ = motions.border(grid, periods)
+    last, first = motions.border(grid, periods)
     if np.any(np.isnan(last)):
         at = "" if periods is None else f" and {motions.period} = {periods[int(np.argmax(np.isnan(last)))]:.6g}"
         raise NotFound(
@@ -200,12 +208,29 @@ def _border(motions: SettlingMotions, grid: np.ndarray, periods: np.ndarray | No
             "bounds or a longer horizon"
         )
     k = int(np.argmin(last))
-    value, worst = float(last[k]), None if periods is None else float(periods[k])
+    value, worst, beyond = float(last[k]), None if periods is None else float(periods[k]), float(first[k])
     if periods is not None and 0 < k < periods.size - 1 and value < grid[-1]:
         near = minimum_near(lambda t: float(motions.border(grid, np.array([t]))[0][0]), periods, k)
         if near.value < value:
             value, worst = near.value, near.place
-    return _Border(value, worst, last)
+            beyond = float(motions.border(grid, np.array([worst]))[1][0])
+    return _Border(value, worst, last, beyond)
+
+
+def _followed(motions: SettlingMotions, border: _Border, grid: np.ndarray) -> tuple[_Border, SettlingMotions]:
+    """Lower the border by the motion that goes on beyond it, and count that motion from then on."""
+    followed = FollowedMotion(motions, border.period)
+    state = None if np.isnan(border.beyond) else followed.from_starts(border.beyond)
+    if state is None:
+        return border, motions
+    value, beyond, state = followed.lowest(border.beyond, float(grid[0]), state)
+    if value <= grid[0]:
+        return border, motions
+    numbers = motions.scene.numbers()
+    own = {s.name: float(numbers[s]) for s in motions.scene.system.states}
+    starts = [{**own, **start} for start in (*motions.starts, state)]
+    least = min(value, border.value)
+    return border._replace(value=least, beyond=beyond), replace(motions, starts=starts)
 
 
 def _below(motions: SettlingMotions, border: _Border, low: float) -> ControllerProbe:

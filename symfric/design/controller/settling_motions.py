@@ -59,33 +59,45 @@ class SettlingMotions:
         x, end = self.scene.system.q[0], self.scene.horizon
         looks = np.linspace(self.settle, end, _LOOKS).tolist()
         measured: dict[str, Output] = {"left": Samples(x, looks)} if self.half_range else {"left": StopTime()}
-        return prepare(self.scene.wanting(measured), self.tolerance, self._route())
+        return prepare(self.scene.wanting(measured), self.tolerance, self.route())
 
-    def _route(self) -> Taylor:
+    def route(self) -> Taylor:
+        """Return the route, with a budget of steps."""
         numbers = {s: self.least.get(s.name, 0.0) or v for s, v in self.scene.values.items()}
         periods = [sp.sympify(h.every).subs(numbers) for h in self.scene.held if h.every is not None]
         samples = sum(self.scene.horizon / float(period) for period in periods)
         return Taylor(max_steps=_STEPS + int(_A_SAMPLE * samples))
 
-    def left(self, values: np.ndarray, periods: np.ndarray | None = None) -> np.ndarray:
-        """Return the worst of all starts for some values, shape (n,).
+    def left(
+        self,
+        values: np.ndarray,
+        periods: np.ndarray | None = None,
+        starts: Sequence[Mapping[str, float]] | None = None,
+    ) -> np.ndarray:
+        """Return the worst of all starts, or of others, for some values, shape (n,).
 
         The time of rest, or with `half_range` the half range after `settle`; infinite where a motion goes on, or fails.
         """
-        count = len(self.starts)
+        starts = self.starts if starts is None else starts
+        count = len(starts)
         changes = {self.name: np.repeat(values, count)}
         if self.period is not None and periods is not None:
             changes[self.period] = np.repeat(periods, count)
-        initial = {n: np.tile([start[n] for start in self.starts], len(values)) for n in self.starts[0]}
+        initial = {n: np.tile([start[n] for start in starts], len(values)) for n in starts[0]}
         batch = self.program.map(changes, initial)
         found = batch.outputs["left"]
         found = 0.5 * np.ptp(found, axis=0) if self.half_range else found
         found = np.where((batch.status == Status.OK) & np.isfinite(found), found, np.inf)
         return np.asarray(found.reshape(len(values), count).max(axis=1))
 
-    def rests(self, values: np.ndarray, periods: np.ndarray | None = None) -> np.ndarray:
-        """Return whether all motions settle, for some values, shape (n,)."""
-        return self.left(values, periods) <= (self.half_range or self.settle)
+    def rests(
+        self,
+        values: np.ndarray,
+        periods: np.ndarray | None = None,
+        starts: Sequence[Mapping[str, float]] | None = None,
+    ) -> np.ndarray:
+        """Return whether all motions settle, or those from other starts, for some values, shape (n,)."""
+        return self.left(values, periods, starts) <= (self.half_range or self.settle)
 
     def border(self, grid: np.ndarray, periods: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
         """Return the values up to which all motions settle, from the first of a grid on.
