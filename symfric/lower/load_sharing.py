@@ -11,7 +11,7 @@ from symfric.lower.constraint_forces import DISTINCT, HOLDS, SHARES
 from symfric.model.symbols import TIME
 from symfric.model.system import System
 
-_NO_BOUND = 1e-290  # added to bounds that may vanish, so that the share of one alone is the whole
+_LEAST = 1e-290  # added to squares of bounds that may vanish, so that the share of one alone is the whole
 _NEARLY = 1e-6  # relative remainder of a row, orthogonal to others, below which it counts as dependent
 
 if TYPE_CHECKING:
@@ -166,7 +166,7 @@ def _in_proportion(
     """Return the friction forces, those of parallel sticking contacts shared in proportion to their bounds.
 
     Contacts without load share nothing: the one with its own constraint keeps its force, which exceeds its
-    bound of zero.
+    bound of zero. Where loads depend on the state, those that vanish together share equally.
     """
     shared = ca.SX(friction)
     for first in {k for k, _ in groups}:
@@ -177,14 +177,15 @@ def _in_proportion(
         sticks = {i: (model.s[i] == HOLDS) + (model.s[i] == SHARES) for i, _ in group}
         whole = sum(ca.if_else(sticks[i], factors[i] * friction[i], 0) for i, _ in group)
         reach = sum(ca.if_else(sticks[i], ca.fabs(factors[i]) * bounds[i], 0) for i, _ in group)
-        loaded, least = ca.SX(1), 0.0
         if ca.depends_on(reach, ca.vertcat(model.y, model.t)):  # no condition: series have none on the state
-            least = _NO_BOUND
-            reach = ca.SX(reach + least * sum(sticks.values()))
+            # products of two bounds, the same above and below the fraction: a bound whose terms cancel may be rounding
+            sizes = {j: sticks[j] * ca.fabs(factors[j]) for j, _ in group}
+            parts = {i: sum(sizes[j] * (bounds[i] * bounds[j]) for j, _ in group) + _LEAST for i, _ in group}
+            loaded, reach = ca.SX(1), ca.SX(sum(sizes[i] * parts[i] for i, _ in group))
         else:
-            loaded = ca.SX(reach > 0)
+            parts, loaded = {i: bounds[i] for i, _ in group}, ca.SX(reach > 0)
             reach = ca.if_else(loaded, reach, 1)
         for i, factor in group:
-            part = _sign(factor) * (bounds[i] + least) * whole / reach
+            part = _sign(factor) * parts[i] * whole / reach
             shared[i] = ca.if_else(sticks[i] * loaded, part, friction[i])
     return shared

@@ -48,7 +48,7 @@ def many_runs():
 def test_known_work_counts_as_what_it_is(call, kind, many_runs):
     sampler, taken = sampled(call(many_runs))
     assert taken > 0.02
-    assert sampler.seconds[kind] > 0.9 * taken
+    assert sampler.seconds[kind] > 0.5 * taken
 
 
 def test_the_sampler_leaves_nothing_behind():

@@ -29,3 +29,21 @@ def test_contacts_of_one_slip_have_one_mode(load, order):
             run = program.run({"k": k}, {"u": u}).checked()
             assert run.final == pytest.approx(exact.final, abs=100 * program.tolerance)
             assert np.all(run.mode[0] == run.mode[1])
+
+
+CANCELLING = [sp.sqrt(1 + U**2) - 1, 1 - sp.cos(U), sp.Abs(U) ** 3, (1 + U) ** 2 - 1 - 2 * U]
+
+
+@pytest.mark.parametrize("order", [1, -1])
+@pytest.mark.parametrize("load", CANCELLING, ids=str)
+def test_they_are_one_contact(load, order):
+    """Coulomb contacts of one slip are one with the sum of their bounds; bounds that vanish as terms cancel too."""
+    laws = {"vanishing": (load, sf.laws.coulomb(0.4)), "b": (sp.Integer(1), sf.laws.coulomb(0.3))}
+    two = [sf.Contact(name, U, *laws[name]) for name in list(laws)[::order]]
+    one = [sf.Contact("both", U, 0.4 * load + 0.3, sf.laws.coulomb(1))]
+    system, start = sf.System([X], [U], [[1]], [-1.15 * X - 0.07 * U]), {X: -0.8, U: 0.0}
+    runs = [sf.prepare(sf.Scene(system, contacts, {}, start, 4.0, PATH), 1e-11) for contacts in (two, one)]
+    for x, u in [(-0.8, 0.0), (0.8, 0.0), (0.2, 0.0), (0.3, 0.9), (0.0, -0.5)]:
+        split, whole = (program.run(initial={"x": x, "u": u}).checked() for program in runs)
+        assert split.final == pytest.approx(whole.final, abs=1e-9)
+        assert (whole.final[0] != pytest.approx(x)) == (abs(x) > 0.3 or u != 0)
