@@ -283,3 +283,13 @@ def test_a_kink_that_is_left_slowly_is_met_again():
     rate = lambda t, y: [y[1], t - 2 * t**2 - 50 * min(y[0], 0)]  # noqa: E731
     expected = solve_ivp(rate, (1.0, 1.5), [0.0, 0.5 - 2 / 3], rtol=1e-12, atol=1e-13, method="DOP853").y[:, -1]
     assert final(scene) == pytest.approx(expected, abs=1e-8)
+
+
+def test_between_its_steps_the_reference_holds_its_tolerance():
+    """At a time inside a step as at the end of a run, beside a bristle faster than the motion."""
+    scene = one_mass(-X - U / 10, [sf.Contact("c", U, 1, sf.laws.dahl(0.05, 20))], x=-0.7, u=-0.1, horizon=4.0)
+    times, sizes = np.linspace(0.1, 3.9, 39), np.array([1.0, 1.0, 0.05 / 20])
+    found = ReferenceSimulator(scene, 1e-10).run(times=times, sizes=sizes).x
+    for t, x in zip(times[::3], found.T[::3], strict=True):
+        ended = ReferenceSimulator(scene.until(t), 1e-12).run(sizes=sizes).x[:, -1]
+        assert np.max(np.abs(x - ended) / sizes) < 1e-8

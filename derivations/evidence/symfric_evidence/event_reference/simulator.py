@@ -14,6 +14,7 @@ from symfric_evidence.event_reference.equations import Equations
 from symfric_evidence.event_reference.modes import Choice, Mechanics, SmoothMode
 
 Dense = Callable[[Any], np.ndarray]  # state at a time, or at an array of times
+Rate = Callable[[float, np.ndarray], np.ndarray]
 _GRID = np.linspace(0.0, 1.0, 13)  # grid on a step at which guards are evaluated
 # dense near the start, since a mode may end soon
 _FIRST = np.concatenate([[0.0], 2.0 ** np.arange(-40, -4), _GRID[1:]])
@@ -226,10 +227,13 @@ class _Motion:
             if event is not None:
                 te, row = event
                 self._check(0.5 * (t + te), dense, mode)
-                self._keep(t, te, dense)
+                self._keep(t, y, te, rate)
+                if te > t:
+                    dense = self._stepped(t, y, te, rate)
+                    te = _crossing(lambda t: function(row, t, dense), t, te)  # noqa: B023
                 return te, dense(te), self._zero(mode, row), False
             self._check(0.5 * (t + solver.t), dense, mode)
-            self._keep(t, solver.t, dense)
+            self._keep(t, y, solver.t, rate)
             t, y, first = solver.t, solver.y.copy(), False
             self.choice.see(t, y, mode)
             if solver.status == "finished":
@@ -240,10 +244,17 @@ class _Motion:
         if self.e.inside is not None and not np.all(np.isfinite(self.e.inside(*self.m.arguments(t, dense(t), mode)))):
             raise GaveUp(f"not a number at t = {t:.17g}")
 
-    def _keep(self, t: float, te: float, dense: Dense) -> None:
-        inside = (self.times > t) & (self.times <= te)
-        if np.any(inside):
-            self.x[:, inside] = dense(self.times[inside])
+    def _keep(self, t: float, y: np.ndarray, te: float, rate: Rate) -> None:
+        for k in np.flatnonzero((self.times > t) & (self.times <= te)):
+            self.x[:, k] = self._stepped(t, y, self.times[k], rate)(self.times[k])
+
+    def _stepped(self, t: float, y: np.ndarray, end: float, rate: Rate) -> Dense:
+        """Return the motion near a time inside a step by a step that ends there, where it holds the tolerance."""
+        solver = DOP853(rate, t, y, end, first_step=end - t, rtol=self.tolerance, atol=self.atol)
+        while solver.status == "running":
+            if solver.step():
+                raise GaveUp(f"the step collapsed at t = {t:.17g}")
+        return solver.dense_output()
 
     def _zero(self, mode: SmoothMode, row: int = -1) -> list[bool]:
         """Return which slips and guards of kinks are zero where a guard ends the mode."""
@@ -254,8 +265,8 @@ class _Motion:
 
     def _guards(
         self, mode: SmoothMode, grid: np.ndarray, states: np.ndarray, watched: np.ndarray, dense: Dense
-    ) -> tuple[np.ndarray, Callable[[int, float], float]]:
-        """Return the guards on the grid, positive while the mode lasts, and a function of row and time.
+    ) -> tuple[np.ndarray, Callable[..., float]]:
+        """Return the guards on the grid, positive while the mode lasts, and a function of row, time and motion.
 
         Rows: slips of slipping contacts, kinks, and what is left of the bounds of sticking contacts; infinite where
         there is nothing to watch. A kink that rests may leave zero again, by more than counts as zero.
@@ -280,7 +291,7 @@ class _Motion:
                     if turning[i] and mode.pushes[i] * motion[1][i] < 0:
                         rows[n_c + n_k + i, j] = min(rows[n_c + n_k + i, j], mode.pushes[i] * motion[1][i])
 
-        def value(row: int, t: float) -> float:
+        def value(row: int, t: float, dense: Dense = dense) -> float:
             y = dense(t)
             if row < n_c + n_k:
                 guard = float(self.e.watched(*self.m.arguments(t, y, mode))[row])
@@ -304,7 +315,7 @@ def _change(arguments: np.ndarray) -> float:
 
 
 def _first_event(
-    grid: np.ndarray, guards: np.ndarray, function: Callable[[int, float], float], noise: np.ndarray | None
+    grid: np.ndarray, guards: np.ndarray, function: Callable[..., float], noise: np.ndarray | None
 ) -> tuple[float, int] | None:
     """Return time and row of the first guard that becomes negative, None if none does.
 
@@ -354,6 +365,13 @@ def _first_zero(
             if at.fun < 0:
                 return _root(function, grid[j - 2], at.x)
     return None
+
+
+def _crossing(function: Callable[[float], float], start: float, end: float) -> float:
+    """Return the zero next to the end of a step, or the end if there is none."""
+    near = 1e-6 * (end - start)
+    a, b = end - near, end + near
+    return _root(function, a, b) if function(a) > 0 > function(b) else end
 
 
 def _root(function: Callable[[float], float], a: float, b: float) -> float:
