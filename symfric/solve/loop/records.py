@@ -207,6 +207,8 @@ class Planes(ArraySet):
     leaves: Integers  # whether the force of a contact has reached its bound, (n_c,)
     slides: Integers  # whether it starts to slip
     returned: Integers  # how often it was held again
+    stands: Integers  # the contact of the same slip that stands for it
+    turned: Reals  # 1 if its components are those of that contact turned, -1 if mirrored
     free: Reals  # slip accelerations without forces of contacts at rest
     bound: Reals  # largest forces of these
     force: Reals  # their forces

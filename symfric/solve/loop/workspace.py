@@ -277,6 +277,8 @@ def _planes(automaton: Automaton) -> Planes:
         leaves=n_c,
         slides=n_c,
         returned=n_c,
+        stands=n_c,
+        turned=n_c,
         free=n_c,
         bound=n_c,
         force=n_c,

@@ -17,7 +17,7 @@ an acceleration is decided by the next derivative.
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.lower.constraint_forces import FOLLOWS, HOLDS
+from symfric.lower.constraint_forces import DISTINCT, FOLLOWS, HOLDS, SHARES
 from symfric.lower.planes import SINCE, STARTS
 from symfric.solve.loop.codes import COUPLING, OK, UNDECIDED
 from symfric.solve.loop.events.time_steps import step_over
@@ -86,6 +86,7 @@ def _decide(w: LoopArrays, n_x: int, n_c: int) -> int:
     for i in range(n_c):
         p.returned[i] = 0
         p.leaves[i] = _undecided(w, i) and w.selection.old[i] == 0 and _was_hit(w, i)
+    _leave_together(w, n_c)
     for _ in range(2 * n_c + 4):
         _free(w, n_x, n_c)
         status = _balance(w, n_c)
@@ -96,7 +97,7 @@ def _decide(w: LoopArrays, n_x: int, n_c: int) -> int:
                 _set_mode(w, i)
         share(w, n_c)
         for i in range(n_c):
-            if _undecided(w, i) and w.m[i] > 0.5 and w.m[i] != HOLDS:
+            if _undecided(w, i) and w.m[i] > 0.5 and w.m[i] != HOLDS and not _shares(w, i):
                 return UNDECIDED  # its force is not determined
         prelude(w)
         probe(w)
@@ -109,6 +110,75 @@ def _decide(w: LoopArrays, n_x: int, n_c: int) -> int:
 def _was_hit(w: LoopArrays, i: int) -> bool:
     """Whether the force of contact i has just reached its bound."""
     return w.guards.hit[backward(i)] != 0 or w.guards.hit[forward(i)] != 0
+
+
+@compiled
+def _leave_together(w: LoopArrays, n_c: int) -> None:
+    """Mark the contacts in the plane that shared their force with one that leaves: all reach their bounds at once."""
+    for i in range(n_c):
+        if not w.planes.leaves[i] or w.contacts.partner[i] <= i:
+            continue
+        for k in range(n_c):
+            j = w.contacts.partner[k]
+            if j > k and w.selection.old[k] == 0 and _undecided(w, k) and _is_twin(w, k, i):
+                w.planes.leaves[k] = 1
+
+
+@compiled(inline=True)
+def _shares(w: LoopArrays, i: int) -> bool:
+    """Whether contact i shares the force of one in the plane with the same slip, in proportion to their bounds."""
+    j = w.contacts.partner[i]
+    if j < 0 or w.m[i] != SHARES or w.m[j] != SHARES:
+        return False
+    for k in range(w.basis.order.size):
+        n = w.contacts.partner[k]
+        if n > k and w.m[k] == HOLDS and w.m[n] == HOLDS and _is_twin(w, min(i, j), k):
+            return True
+    return False
+
+
+@compiled
+def _is_twin(w: LoopArrays, i: int, k: int) -> bool:
+    """Whether the slips of two contacts in the plane have the same magnitude, up to one factor, in any motion.
+
+    The components of one are those of the other, in any order and direction, times the factor.
+    """
+    j = w.contacts.partner[i]
+    first = _component(w, i, k)
+    second = w.contacts.partner[first]
+    if w.contacts.parallel[i] != w.contacts.parallel[first] or w.contacts.parallel[j] != w.contacts.parallel[second]:
+        return False
+    a, b = _ratio(w, i, first), _ratio(w, j, second)
+    return abs(abs(a) - abs(b)) <= DISTINCT * (abs(a) + abs(b))
+
+
+@compiled(inline=True)
+def _component(w: LoopArrays, i: int, k: int) -> int:
+    """Return the component of contact k in the plane that is a multiple of row i, if either is."""
+    return k if w.contacts.parallel[i] == w.contacts.parallel[k] else w.contacts.partner[k]
+
+
+@compiled(inline=True)
+def _ratio(w: LoopArrays, i: int, k: int) -> float:
+    """Return slip i over slip k, of which it is a multiple."""
+    return w.gauge[COUPLING + i, k] / w.gauge[COUPLING + k, k]
+
+
+@compiled
+def _join(w: LoopArrays, n_c: int) -> None:
+    """Let the first of the contacts with the same slip stand for all of them, with the sum of their bounds."""
+    p, row = w.planes, _limits(w)
+    for i in range(n_c):
+        p.bound[i], p.stands[i] = w.gauge[row + (p.slides[i] != 0), i], i
+        if not _undecided(w, i) or w.contacts.partner[i] <= i:
+            continue
+        for k in range(i):
+            if w.contacts.partner[k] > k and p.stands[k] == k and _undecided(w, k) and _is_twin(w, i, k):
+                first, n = _component(w, i, k), w.contacts.partner[k]
+                second = w.contacts.partner[first]
+                way = _ratio(w, i, first) * _ratio(w, w.contacts.partner[i], second)
+                p.stands[i], p.turned[i] = k, 1.0 if (way > 0.0) == (second == n) else -1.0
+                p.bound[k] += p.bound[i] * abs(_ratio(w, i, first))
 
 
 @compiled
@@ -126,12 +196,11 @@ def _free(w: LoopArrays, n_x: int, n_c: int) -> None:
 @compiled
 def _balance(w: LoopArrays, n_c: int) -> int:
     """Find which contacts start to slip, with the forces of all contacts at rest and their accelerations."""
-    p, row = w.planes, _limits(w)
+    p = w.planes
     for i in range(n_c):
         p.slides[i], p.force[i] = p.leaves[i], 0.0
     for _ in range(4 * n_c + 8):
-        for i in range(n_c):
-            p.bound[i] = w.gauge[row + (p.slides[i] != 0), i]
+        _join(w, n_c)
         if not _forces(w, n_c):
             return UNDECIDED
         changed = False
@@ -178,6 +247,9 @@ def _forces(w: LoopArrays, n_c: int) -> bool:
         moved, size = 0.0, 0.0
         for i in range(n_c):
             if not _undecided(w, i) or _is_second(w, i):
+                continue
+            if p.stands[i] != i:
+                p.force[i], p.force[w.contacts.partner[i]] = 0.0, 0.0
                 continue
             before, j = p.force[i], w.contacts.partner[i]
             if j < 0:
@@ -258,16 +330,24 @@ def _set_mode(w: LoopArrays, i: int) -> None:
         pushed = p.gain[i] if abs(p.gain[i]) > _nothing(w, i) else -p.force[i]
         turn(w, i, 1.0 if pushed > 0.0 else -1.0)
         return
-    x, y = p.gain[i], p.gain[j]
-    if np.hypot(x, y) <= _nothing(w, i):
-        x, y = -p.force[i], -p.force[j]
-    size, v = np.hypot(x, y), p.variable[i]
+    k, v = p.stands[i], p.variable[i]
+    x, y = _start(w, k, _component(w, i, k)), _start(w, k, _component(w, j, k))
+    if k != i:
+        x = x if _ratio(w, i, _component(w, i, k)) > 0.0 else -x
+        y = y if _ratio(w, j, _component(w, j, k)) > 0.0 else -y
+    size = np.hypot(x, y)
     if size == 0.0:
         return
     w.m[i], w.m[j] = STARTS, STARTS
     w.m[v], w.m[v + 1], w.m[v + SINCE] = x / size, y / size, w.y[w.y.size - 1]
     for k in range(2, SINCE):
         w.m[v + k] = 0.0
+
+
+@compiled(inline=True)
+def _start(w: LoopArrays, k: int, component: int) -> float:
+    """Return a component of the way contact k starts: along its acceleration, without one against its force."""
+    return w.planes.gain[component] if _speeding(w, k) > _nothing(w, k) else -w.planes.force[component]
 
 
 @compiled

@@ -134,6 +134,7 @@ def _turn(w: LoopArrays, n_x: int, order: int) -> None:
         T[k, n] = next_order * total
         for c in range(n):
             T[k, c] += w.planes.coupling[k, c]
+    _turn_together(w, n)
     for k in range(n):  # the coupling is positive definite: no exchange of rows
         for r in range(k + 1, n):
             factor = T[r, k] / T[k, k]
@@ -147,9 +148,37 @@ def _turn(w: LoopArrays, n_x: int, order: int) -> None:
     for k in range(n):
         i = w.planes.row[k]
         v = w.planes.variable[i]
+        if w.m[i] == STARTS and w.planes.stands[i] != i:
+            w.planes.across[k] = w.planes.turned[i] * w.planes.across[_place(w, w.planes.stands[i])]
         if w.m[i] == STARTS:
             w.m[v + 2 * order] -= w.planes.across[k] * w.m[v + 1]
             w.m[v + 2 * order + 1] += w.planes.across[k] * w.m[v]
+
+
+@compiled
+def _turn_together(w: LoopArrays, n: int) -> None:
+    """Let contacts of the same slip turn as the one that stands for them: their directions are the same."""
+    T = w.planes.turning
+    for k in range(n):
+        i = w.planes.row[k]
+        if w.m[i] != STARTS or w.planes.stands[i] == i:
+            continue
+        first = _place(w, w.planes.stands[i])
+        for r in range(n):
+            T[r, first] += w.planes.turned[i] * T[r, k]
+            T[r, k] = 0.0
+        for c in range(n + 1):
+            T[k, c] = 0.0
+        T[k, k] = 1.0
+
+
+@compiled(inline=True)
+def _place(w: LoopArrays, i: int) -> int:
+    """Return the index of the contact in the plane whose first row is i."""
+    k = 0
+    while w.planes.row[k] != i:
+        k += 1
+    return k
 
 
 @compiled
@@ -204,6 +233,10 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
     keep_straight(w, n_x, n_c, time)
     for g in range(w.guards.hit.size):
         w.guards.hit[g], w.guards.fresh[g] = 0, 0
-    w.guards.hit[backward(w.planes.row[hit])], w.planes.arrived[hit] = 1, 1
+    for k in range(w.planes.row.size):  # those of the same slip arrive together
+        i = w.planes.row[k]
+        speed, rate = w.c[n_x + backward(i), 0], w.c[n_x + backward(i), 1]
+        if k == hit or (w.m[i] == 0.0 and rate < 0.0 and abs(speed + rate * time) <= ROUNDING * speed):
+            w.guards.hit[backward(i)], w.planes.arrived[k] = 1, 1
     w.counts.phase = SETTLE
     return True
