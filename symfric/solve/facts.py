@@ -92,7 +92,7 @@ def redundant(scene: Scene) -> tuple[str, ...]:
         if now == rank:
             dependent.append(contact.name)
         rank = now
-    return tuple(dependent)
+    return tuple(dict.fromkeys(dependent))
 
 
 @cache

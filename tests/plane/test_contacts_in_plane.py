@@ -205,10 +205,3 @@ def test_bad_contacts_are_named(changed, words):
 def test_what_takes_lines_alone_says_so(question):
     with pytest.raises((sf.SceneError, NoRoute), match=r"plane|vector"):
         question(dragged())
-
-
-def test_contacts_that_hold_one_motion_twice_end_with_a_status():
-    system = sf.System([x, y], [u, w], [[1, 0], [0, 1]], [0.1, 0])
-    contacts = [sf.Contact(name, (u, w), 1, LAWS["coulomb"]) for name in ("left", "right")]
-    run = sf.simulate(sf.Scene(system, contacts, {}, dict.fromkeys((x, y, u, w), 0.0), 1.0))
-    assert run.status == sf.Status.UNDECIDED

@@ -78,3 +78,11 @@ def test_others_end_with_a_status_where_their_forces_are_not_known(slip):
     """Discs that are not similar, or whose components are not those of the other, add up to no disc of these."""
     run = sf.simulate(slab([contact("a", 0.4), contact("b", 0.6, slip)]))
     assert run.status is sf.Status.UNDECIDED
+
+
+def test_a_warning_names_each_contact_once(caplog):
+    names = tuple(f"foot {k}" for k in range(3))
+    sf.prepare(slab([contact(name, 1) for name in names]))
+    told = [m for m in caplog.messages if "redundant" in m]
+    assert len(told) == 1
+    assert "slip of foot 1, foot 2 follows" in told[0]
