@@ -22,6 +22,7 @@ from .identification.fit import Fit as Fit
 from .identification.identify import identify as identify
 from .identification.loops import fit_loop as fit_loop
 from .identification.profile import Profile as Profile
+from .long_calls import keep_when_interrupted as keep_when_interrupted, show_progress as show_progress
 from .model import control as control, laws as laws, mechanics as mechanics, scenes as scenes
 from .model.held import Held as Held
 from .model.laws import Law as Law

@@ -16,8 +16,10 @@ from tests.test_layers import LINES
 FOLDER = Path(__file__).parents[1] / "examples"
 SCRIPTS = {
     "absorber_on_brake": r"it decays at \d",
-    "block_in_earthquake": r"0\.2 g: stands still(.|\n)*0\.4 g: tilts(.|\n)*0\.8 g: falls over",
     "blade_friction_damper": r"N = 0\.67\d is best \(optimal\)",
+    "block_in_earthquake": r"0\.2 g: stands still(.|\n)*0\.4 g: tilts(.|\n)*0\.8 g: falls over",
+    "block_on_incline": r"stops after (0\.3576519144) s, closed form \1 s\n11\.1766 cm across \(11\.1766\), 5\.9609 cm down \(5\.9609\)(.|\n)*at 0\.500000 m/s",
+    "bouncing_ball": r"after 4\.0637128 s and \d\d impacts, closed form 4\.0637128 s(.|\n)*product (0\.368266205), closed form \2",
     "brake_groan_speed": r"below 193\.\d mm/s, at 159 Hz",
     "brake_shaken_by_its_speed": r"at 0\.20 m/s the brake keeps 21 %, or 78 %(.|\n)*\nshaken, at 0\.3 m/s: slow vibration of 0\.0",
     "building_on_rollers": r"even floor: 0\.0\d+ g instead of 0\.32 g",
@@ -25,6 +27,8 @@ SCRIPTS = {
     "decay_record": r"the oil takes most, 38 %",
     "disc_brake_squeal": r"squeals from mu = 0\.4193",
     "door_hinge_shaken": r"intensity 0\.3600",
+    "earthquake_fault": r"k = (505\.000000), published \1(.|\n)*k = (7000\.000000), published \3",
+    "follower_force": r"P l/k = (2\.085786438), Ziegler \1(.|\n)*0\.1: (1\.469285714), Herrmann and Jong \3",
     "gear_two_slopes": r"corner at 2\.0\d m/s \+- 0\.0\d(.|\n)*stable there: True",
     "machine_slide_damping": r"damping ratio 0\.0570",
     "pad_lift_off": r"-3\.0: (.*) stays on(.*)\n(.*)-3\.4: (.*) lifts off",
@@ -32,13 +36,16 @@ SCRIPTS = {
     "positioning_table": r"stops (\d+\.\d+) um beyond \(type a\)(.|\n)* says \1 um",
     "rig_in_real_time": r"under 300 N, and by \+-2 um under 77 N",
     "rig_law_from_record": r"Stribeck's, with v_s between 4\d and 6\d mm/s",
-    "rod_turning_points": r"friction 0\.190, damping ratio 0\.0090",
     "robot_joint": r"needs 0\.50 N m to break away and yields 1 mrad under 0\.40 N m",
+    "rocking_block_free": r"keeps (0\.94080) of its speed, Housner \1(.|\n)*0\.6587 s, slender 0\.6585 s; keeps (0\.98505) of its speed, Housner \3",
+    "rod_turning_points": r"friction 0\.190, damping ratio 0\.0090",
+    "sliding_puck": r"40 rad/s: (.*) = 0\.6530\nclosed form 0\.653002",
     "stage_hunting": r"hunts (96\.251) mm about the target every (49\.356) s; computed \1 mm, \2 s",
     "stop_grazing": r"touches at F = 0\.368782(.|\n)*an impact every 2\.00 periods",
     "stopping_ramp": r"stopped over 20\.\d ms: 6\.6 um",
-    "which_parameter_matters": r"Most of the scatter comes from mu_s",
+    "vibration_across": r"r = 1: (0\.83463) of the friction is left, closed form \1",
     "violin_bow": r"0\.4 m/s: sticks and slips 35\d",
+    "which_parameter_matters": r"Most of the scatter comes from mu_s",
     "wiper_law": r"quiet above 0\.451 m/s",
 }
 
@@ -99,6 +106,18 @@ def test_sentences_agree_with_the_program(page):
     text = (FOLDER.parent / page).read_text(encoding="utf-8")
     for said, is_so in SENTENCES[page]:
         assert re.findall(said, text) == [is_so()], said
+
+
+def test_times_of_the_landing_page_are_those_of_the_benchmarks():
+    index, benchmarks = (
+        (FOLDER.parent / "docs" / f"{n}.md").read_text(encoding="utf-8") for n in ("index", "benchmarks")
+    )
+    rows = re.findall(r"\| (.*?)(?: on a belt|), (\d+) events, to 1e-10 \| ([\d.]+) ms \| ([\d.]+) ms", index)
+    assert len(rows) == 2
+    for name, events, own, scipy in rows:
+        (row,) = re.findall(rf"\| {name}.*, {events} events \|(.*)\|", benchmarks)
+        cells = [cell.strip() for cell in row.split("|")]
+        assert (cells[0], cells[4]) == (own, scipy)
 
 
 def test_a_number_of_a_page_that_no_cell_prints_is_found():

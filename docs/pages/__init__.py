@@ -1,11 +1,11 @@
-"""Pages that are made from the package itself: names, keys of scene files, commands, gallery and figures.
+"""Pages that are made from the package itself: names, keys of scene files, commands, gallery, figures and an animation.
 
 A Sphinx extension. Pages are written before Sphinx looks for its sources; they are not kept in the repository.
 """
 
 from pathlib import Path
 
-from docs.pages import commands, figures, gallery, keys, ledger, mathml, messages, names, numbers
+from docs.pages import commands, figures, gallery, keys, landing, ledger, mathml, messages, names, numbers
 
 
 def setup(app):
@@ -34,4 +34,5 @@ def _make(app) -> None:
     gallery.write(source / "gallery")
     figures.write(source / "figures")
     ledger.write(source / "ledger")
+    landing.write(source / "made")
     messages.write(source / "reference")

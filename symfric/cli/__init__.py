@@ -14,6 +14,7 @@ from symfric.cli.console import say
 from symfric.cli.streams import hold_closed, safe_streams
 from symfric.errors import NoRoute, NotFound, RunFailed, SceneError
 from symfric.interrupts import STATUS, leave_at_interrupt
+from symfric.long_calls import silent
 
 COMMANDS = {  # name: module and attribute, imported at first use
     "new": "symfric.cli.new:new",
@@ -75,7 +76,7 @@ class Commands(click.Group):
     def main(self, *args: Any, **kwargs: Any) -> Any:
         """Run with safe output streams; lost output gives exit status 1, except after a closed pipe."""
         hold_closed()
-        with safe_streams() as output:
+        with safe_streams() as output, silent():
             try:
                 return super().main(*args, **kwargs)
             except SystemExit as ended:

@@ -1,12 +1,12 @@
 """Progress of a sweep: cases done, rate and remaining time."""
 
-import contextlib
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 
+from symfric.long_calls import tell
+
 INTERVAL = 0.1  # least time between two reports, s
-PATIENCE = 1.0  # time before a bar is shown, s
 
 
 @dataclass(frozen=True)
@@ -50,33 +50,13 @@ class Meter:
 
     def __call__(self, done: int, last: bool = False) -> None:
         now = time.monotonic()
-        if self._report is None or (now - self._last < INTERVAL and not last):
+        if now - self._last < INTERVAL and not last:
             return
         self._last = now
         made, spent = done - self._done_before, now - self._begin
         rate = made / spent if made and spent > 0 else 0.0
         left = (self._total - done) / rate if rate else float("inf")
-        self._report(Progress(done, self._total, rate, left))
-
-
-@contextlib.contextmanager
-def bar() -> Iterator[Callable[[Progress], None]]:
-    """Yield a function that draws a progress bar on stderr after the first second."""
-    from rich.console import Console
-    from rich.progress import BarColumn, TextColumn
-    from rich.progress import Progress as Bar
-
-    drawn = Bar(TextColumn("{task.description}"), BarColumn(), console=Console(stderr=True), transient=True)
-    task = drawn.add_task("", total=1.0)
-    begin = time.monotonic()
-
-    def report(at: Progress) -> None:
-        if time.monotonic() - begin > PATIENCE and not drawn.live.is_started:
-            drawn.start()
-        drawn.update(task, description=str(at), completed=at.done / at.total)
-
-    try:
-        yield report
-    finally:
-        if drawn.live.is_started:
-            drawn.stop()
+        at = Progress(done, self._total, rate, left)
+        tell(str(at), done / self._total)
+        if self._report is not None:
+            self._report(at)

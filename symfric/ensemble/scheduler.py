@@ -13,7 +13,7 @@ import numpy as np
 from symfric.ensemble.grid import Grid
 from symfric.ensemble.progress import INTERVAL, Meter
 from symfric.ensemble.store import Store
-from symfric.ensemble.worker import Halted, Task, program_or_reason, run_cases, run_chunk
+from symfric.ensemble.worker import NOT_COMPUTED, Halted, Task, program_or_reason, run_cases, run_chunk
 from symfric.errors import RunFailed
 from symfric.solve.program import Compiled
 from symfric.solve.protocol import Program
@@ -42,9 +42,10 @@ class Results:
         self._store = store
         if store is None:
             finished = np.zeros(size, dtype=bool)
-            self.status, self.values = np.zeros(size, dtype=np.int32), np.full((size, width), np.nan)
+            self.status, self.values = np.full(size, NOT_COMPUTED, dtype=np.int32), np.full((size, width), np.nan)
         else:
             finished, self.status, self.values = store.read(size)
+            self.status[~finished] = NOT_COMPUTED
         self.left = np.flatnonzero(~finished)
         self.done = size - self.left.size
         self._counting = threading.Lock()

@@ -2,20 +2,19 @@
 
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
-from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from symfric.ensemble.grid import Grid, code_key, columns_of, dimensions, make_grid, sweep_key
-from symfric.ensemble.progress import Meter, Progress, bar
+from symfric.ensemble.progress import Meter, Progress
 from symfric.ensemble.sampling import CaseTable
 from symfric.ensemble.scheduler import Results, run_on_executor, run_on_threads
 from symfric.ensemble.store import Store
-from symfric.ensemble.worker import CODES, Task, make_program
+from symfric.ensemble.worker import CODES, NOT_COMPUTED, Task, make_program
 from symfric.errors import SceneError
-from symfric.long_calls import logged
+from symfric.long_calls import logged, show_this, until_interrupted
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key
 from symfric.model.units import attributes_of, output_unit
@@ -55,7 +54,8 @@ def sweep(
     executor : concurrent.futures.Executor, optional
         In place of threads: a pool of processes, or ``dask.distributed.Client.get_executor()``.
     progress : bool or callable, optional
-        True draws a bar on stderr after a second; a function gets a `Progress`, at most ten times a second.
+        A function gets a `Progress`, at most ten times a second. True shows this call even after
+        ``sf.show_progress(False)``.
     store : str or Path, optional
         A folder of finished cases. The same sweep over it goes on where it was, whatever ended the first, and ends in
         the same bits. A thread's cases are there when those that it took together are finished (a twentieth of a
@@ -67,7 +67,8 @@ def sweep(
     -------
     xarray.Dataset
         The scalar outputs, NaN where a run failed; `End` has a further dimension ``state``. ``status`` holds codes of
-        `Status`, -1 for values that the scene refuses, -2 for an error; its attributes name them. The numbers are those
+        `Status`, -1 for values that the scene refuses, -2 for an error, -3 for one that
+        was not computed, see `symfric.keep_when_interrupted`; its attributes name them. The numbers are those
         of ``prepare(scene).run(values)``, whoever computes them.
 
     Raises
@@ -98,12 +99,13 @@ def sweep(
         return _stored(kept, cases, tolerance)
     results = Results(cases.size, width, kept)
     try:
-        if results.left.size:
-            _run(cases, results, tolerance, route, workers, executor, progress)
+        with until_interrupted():
+            if results.left.size:
+                _run(cases, results, tolerance, route, workers, executor, progress)
     finally:
         results.close()
     result = _dataset(cases, results.status, results.values, tolerance)
-    if kept is not None:
+    if kept is not None and results.done == cases.size:
         kept.finish(result)
     return result
 
@@ -124,12 +126,13 @@ def _run(
 
     first = int(cases.scene_of[results.left[0]])
     program = make_program(task_of(first))  # errors of the scene itself are raised here, once
-    with bar() if progress is True else nullcontext(progress or None) as report:
-        meter = Meter(report, results.done, cases.size)
-        if executor is None:
-            run_on_threads(cases, task_of, results, workers, meter, {first: program})
-        else:
-            run_on_executor(cases, task_of, results, executor, max(workers, processors()), meter)
+    if progress is True:
+        show_this()
+    meter = Meter(progress if callable(progress) else None, results.done, cases.size)
+    if executor is None:
+        run_on_threads(cases, task_of, results, workers, meter, {first: program})
+    else:
+        run_on_executor(cases, task_of, results, executor, max(workers, processors()), meter)
 
 
 def _checked(jobs: int, executor: object, progress: object) -> int:
@@ -191,7 +194,8 @@ def _dataset(cases: Grid, status: np.ndarray, values: np.ndarray, tolerance: flo
         else:
             unit = output_unit(units, cases.scenes[0].outputs[name])
             data[name] = (axes, block[:, 0].reshape(shape).copy(), {"units": unit} if unit else {})
-    codes = np.array(sorted(CODES), dtype=np.int32)
+    seen = [c for c in sorted(CODES) if c != NOT_COMPUTED or np.any(status == NOT_COMPUTED)]
+    codes = np.array(seen, dtype=np.int32)
     meaning = {"flag_values": codes, "flag_meanings": " ".join(CODES[int(c)] for c in codes)}
     data["status"] = (axes, status.reshape(shape).astype(np.int32), meaning)
     for name in cases.axes:

@@ -20,8 +20,8 @@ from symfric.solve.protocol import Program
 from symfric.solve.routes import RouteName, Settings, prepare
 from symfric.solve.status import Status
 
-REFUSED, ERROR = -1, -2  # codes besides those of Status, for cases without a run
-CODES = {REFUSED: "REFUSED", ERROR: "ERROR", **{int(s): s.name for s in Status}}
+REFUSED, ERROR, NOT_COMPUTED = -1, -2, -3  # codes besides those of Status, for cases without a run
+CODES = {NOT_COMPUTED: "NOT_COMPUTED", REFUSED: "REFUSED", ERROR: "ERROR", **{int(s): s.name for s in Status}}
 KEPT = 8  # most programs kept in a process, and in one of an executor
 _HERE = threading.local()
 _made: dict[tuple[object, ...], Program] = {}  # the last ones at the end

@@ -19,6 +19,7 @@ from symfric.identification.profile import FEWEST, Profile, profile_of, rise_of
 from symfric.identification.records import Channel
 from symfric.identification.sensor_faults import Faults
 from symfric.identification.uncertainty import Direction, Uncertainty, uncertainty
+from symfric.long_calls import logged
 from symfric.model.laws import Law
 from symfric.model.outputs import Trajectory
 from symfric.model.results import ArrayResult, Drawable, Labelled, plain
@@ -263,6 +264,7 @@ class Fit(ArrayResult, Drawable):
         error = self.standard_errors[self.names[k]] * float(spread)
         return self.values[self.names[k]] - error, self.values[self.names[k]] + error
 
+    @logged
     def profile(self, name: Key, level: float = 0.95, points: int = 15) -> Profile:
         """Return the lowest cost for given values of one unknown, the others fitted, and the interval it gives.
 

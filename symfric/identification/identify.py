@@ -16,7 +16,7 @@ from symfric.identification.prediction import PredictionModel, Predictor
 from symfric.identification.records import read_channels
 from symfric.identification.starts import best_of, chosen_starts
 from symfric.identification.unknowns import OFFSET, SCALE, START, Unknowns, read_unknowns
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key
 from symfric.solve.case_values import workers_of
@@ -132,6 +132,7 @@ def identify(
     trials = _check_units(problem)
     if counted.is_robust and not known:
         problem = _first_scaled(problem, trials)
+    tell("choosing the starts")
     begins = chosen_starts(problem, int(starts), seed, _own_values(scenes, unknowns))
     if segments > 1:
         return joined_fit(problem, begins, int(segments), known)
@@ -141,6 +142,7 @@ def identify(
             "no run between the bounds reaches the end of the records; simulate the scene with values between them to "
             "see why, and narrow the bounds"
         )
+    tell("points beside the best minimum")
     best = polished(problem, stepped_over(problem, minima[0], seed))
     if not known and (len(channels) > 1 or counted.is_robust):
         problem, best = _reweighted(problem, best, seed)

@@ -5,6 +5,7 @@ import math
 import numpy as np
 
 from symfric.identification.local_fit import LOOSE, Minimum, Problem, costs_of, minimise
+from symfric.long_calls import tell, until_interrupted
 
 TRIALS = 32  # points tried for each start
 MOST_TRIALS = 4096  # a power of two, with which Sobol points are balanced
@@ -56,13 +57,20 @@ def chosen_starts(problem: Problem, starts: int, seed: int, own: np.ndarray | No
 def best_of(problem: Problem, starts: list[tuple[np.ndarray, bool]]) -> list[Minimum]:
     """Return the minima found from the starts, the lowest first; some starts are left out once enough agree."""
     minima: list[Minimum] = []
-    for start, early in starts:
-        values = start
-        if early:
-            for part in WINDOWS:
-                brief = minimise(problem.prefix(part), values, LOOSE, BRIEF)
-                values = brief.values if np.isfinite(brief.cost) else values
-        minima.append(minimise(problem, values))
+    for k, (start, early) in enumerate(starts, 1):
+        least = f", least cost {min(m.cost for m in minima):.4g}" if minima else ""
+        tell(f"start {k} of {len(starts)}{least}")
+        before, values = len(minima), start
+        with until_interrupted():
+            if early:
+                for part in WINDOWS:
+                    brief = minimise(problem.prefix(part), values, LOOSE, BRIEF)
+                    values = brief.values if np.isfinite(brief.cost) else values
+            minima.append(minimise(problem, values))
+        if not minima:
+            raise KeyboardInterrupt  # there is nothing to keep
+        if len(minima) == before:
+            break
         lowest = min(m.cost for m in minima)
         if np.isfinite(lowest) and sum(m.cost <= lowest * (1 + AGREE) + problem.rounding for m in minima) >= ENOUGH:
             break

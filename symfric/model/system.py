@@ -45,12 +45,12 @@ def _hidden_signs(expr: sp.Expr) -> list[sp.Expr]:
         return []
     real = {s: sp.Symbol(s.name, real=True) for s in expr.free_symbols if s.is_extended_real is None}
     found = []
-    for product in sorted(expr.xreplace(real).atoms(sp.Mul), key=str):
+    for product in expr.xreplace(real).atoms(sp.Mul):
         power = dict(factor.as_base_exp() for factor in product.args)
         pairs = [(power.get(e.args[0], sp.Integer(0)), n) for e, n in power.items() if isinstance(e, sp.Abs)]
         if any(m.is_odd and m + n == 0 for m, n in pairs):
             found.append(product)
-    return found
+    return sorted(found, key=str)
 
 
 @dataclass(frozen=True)

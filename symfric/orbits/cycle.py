@@ -9,7 +9,7 @@ import numpy as np
 
 from symfric.axes import Axes
 from symfric.errors import NotFound, SceneError
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell
 from symfric.lower.mode_layout import OPEN
 from symfric.model.notebook import changes_of_mode, columns, html_table
 from symfric.model.outputs import Trajectory
@@ -256,8 +256,10 @@ def limit_cycle(
     for patience in _PATIENCE:
         settling = False
         try:
+            tell("following the motion until it repeats itself")
             attained = settled(scene, flow, forcing, patience)
             settling = attained.shrinking
+            tell("Newton's method")
             orbit = _near(scene, flow, values, attained)
         except Fades:
             raise

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell
 from symfric.model.excitation import is_excited
 from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, finite, name_of, nearest, pair
@@ -93,7 +93,10 @@ def frequency_response(
     whole = continue_cycle(scene.where({name: begin}), name, (low, high), start, most, tolerance)
     pieces = [whole]
     for side, end in ((0, low), (1, high)):
+        if "interrupted" in pieces[-1].ends:
+            break
         pieces += _beyond(scene, name, (low, high), whole, side, end, most, tolerance)
+    tell("the peak")
     return _joined(scene, pieces, names.index(measured), tolerance)
 
 
@@ -110,7 +113,7 @@ def _beyond(
     """Return the pieces of the branch beyond an end within the span."""
     branches: list[Branch] = []
     for _ in range(_PIECES):
-        if branch.ends[side] in ("span", "closed"):
+        if branch.ends[side] in ("span", "closed", "interrupted"):
             break
         at = float(np.max(branch.values) if side else np.min(branch.values))
         at += (1 if side else -1) * _STEP * (span[1] - span[0])
@@ -140,7 +143,7 @@ def _peak(scene: Scene, branch: Branch, k: int, tolerance: float) -> Peak:
     sizes = np.array([o.half_range[k] for o in branch.orbits])
     i = int(np.argmax(sizes))
     best = Peak(float(branch.values[i]), float(sizes[i]), branch.orbits[i])
-    if not 0 < i < sizes.size - 1:
+    if not 0 < i < sizes.size - 1 or "interrupted" in branch.ends:
         return best
     low, high = sorted((float(branch.values[i - 1]), float(branch.values[i + 1])))
     if not low < best.value < high:

@@ -7,12 +7,13 @@ import numpy as np
 
 from symfric.axes import Axes
 from symfric.errors import NotFound, SceneError
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell, until_interrupted
 from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import finite
 from symfric.orbits.cycle import values_of
 from symfric.orbits.flow_map import FlowMap, flow_of
+from symfric.orbits.passages import Passage
 from symfric.orbits.sizes import over_time
 
 LOST = 1e-11  # growth relative to the largest in a piece below which sticking has removed the direction
@@ -177,7 +178,7 @@ def lyapunov(
     if piece is None and not period:
         lengths = np.concatenate([_varied(length, n) for n in (skipped, count)])
     growth, end, doubtful = _grow(flow, values, start, lengths, skipped)
-    return _summed(growth, np.cumsum(lengths[skipped:]), end, doubtful)
+    return _summed(growth, np.cumsum(lengths[skipped : skipped + len(growth)]), end, doubtful)
 
 
 def _varied(length: float, n: int) -> np.ndarray:
@@ -197,23 +198,31 @@ def _grow(
     flow: FlowMap, values: dict[str, float], y: np.ndarray, lengths: np.ndarray, skipped: int
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Return the growth of every direction in every piece after the transient (n, n_x), last state, doubtful ones."""
-    slopes, low, high, doubtful = np.empty((lengths.size, y.size, y.size)), y, y, 0
-    for k, length in enumerate(lengths.tolist(), -skipped):
-        try:
-            passage = flow.run(y, values, length)
-        except NotFound as reason:
-            after = np.sum(lengths[: k + skipped])
-            raise NotFound(f"no Lyapunov exponents: {reason}, after t = {after:g}") from None
-        if not np.all(np.isfinite(passage.by_start)):
-            after = np.sum(lengths[: k + skipped])
-            raise NotFound(f"the motion has no derivatives by its start: it grazes after t = {after:g}")
-        y, slopes[k + skipped] = passage.end, passage.by_start
-        if k >= 0:
-            low = np.minimum(low, passage.low) if k else passage.low
-            high = np.maximum(high, passage.high) if k else passage.high
-            doubtful += passage.doubtful
-    size = over_time(high - low, len(flow.scene.system.q), np.sum(lengths))
-    return _growth_of(slopes * size / size[:, None])[skipped:], y, doubtful
+    slopes, low, high, doubtful, done = np.empty((lengths.size, y.size, y.size)), y, y, 0, 0
+    with until_interrupted():
+        for k, length in enumerate(lengths.tolist()):
+            tell("", k / lengths.size)
+            passage = _passage(flow, values, y, length, np.sum(lengths[:k]))
+            if k >= skipped:
+                low = np.minimum(low, passage.low) if k > skipped else passage.low
+                high = np.maximum(high, passage.high) if k > skipped else passage.high
+                doubtful += passage.doubtful
+            y, slopes[k], done = passage.end, passage.by_start, k + 1
+    if done <= skipped:
+        raise KeyboardInterrupt  # within the transient: there is nothing to keep
+    size = over_time(high - low, len(flow.scene.system.q), np.sum(lengths[:done]))
+    return _growth_of(slopes[:done] * size / size[:, None])[skipped:], y, doubtful
+
+
+def _passage(flow: FlowMap, values: dict[str, float], y: np.ndarray, length: float, after: float) -> Passage:
+    """Return the motion over a piece, with its derivatives."""
+    try:
+        passage = flow.run(y, values, length)
+    except NotFound as reason:
+        raise NotFound(f"no Lyapunov exponents: {reason}, after t = {after:g}") from None
+    if not np.all(np.isfinite(passage.by_start)):
+        raise NotFound(f"the motion has no derivatives by its start: it grazes after t = {after:g}")
+    return passage
 
 
 def _growth_of(slopes: np.ndarray) -> np.ndarray:

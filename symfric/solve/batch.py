@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from symfric.errors import RunFailed, SceneError
+from symfric.long_calls import tell
 from symfric.model.notebook import html_table
 from symfric.model.results import BY_NAME, ArrayResult, Labelled, as_plain
 from symfric.model.rows import CROSSINGS, INTEGRAL, RANGE
@@ -228,6 +229,7 @@ def batch_of_runs(
     def told(finished: Run) -> Run:
         nonlocal done
         done += 1
+        tell("", done / cases.size)
         if progress is not None:
             progress(done / cases.size)
         return finished

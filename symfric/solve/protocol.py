@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from symfric.locks import SYMBOLIC, alone
+from symfric.long_calls import logged
 from symfric.model.symbols import Key, name_of
 from symfric.solve.batch import Batch, batch_of_runs
 from symfric.solve.case_values import CaseValues, read_cases, refuse_lists, workers_of
@@ -202,6 +203,7 @@ class Program(ABC):
     ) -> Run:
         """Run with values that differ from none of those that are built in."""
 
+    @logged
     def map(
         self,
         values: Mapping[Key, Any] | None = None,

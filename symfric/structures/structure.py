@@ -12,6 +12,7 @@ import scipy.sparse as sps
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.long_calls import logged
 from symfric.model.outputs import Output
 from symfric.model.results import Result
 from symfric.model.scene import Scene
@@ -155,6 +156,7 @@ class Structure(Result):
             raise SceneError(f"mu is {value:g} and the structure has no friction matrix; give it as `friction`")
         return sps.csr_array(self.K + value * self.friction)
 
+    @logged
     def modes(self, count: int, near: float = 0.0) -> Modes:
         """Return the undamped modes nearest to a frequency, without friction.
 
@@ -189,6 +191,7 @@ class Structure(Result):
         """
         return real_modes(self.K, self.M, count, finite(near, "near"), self.names)
 
+    @logged
     def complex_modes(self, count: int, mu: float = 0.0, near: complex | float = 0.0) -> ComplexModes:
         """Return the modes of the damped structure with friction nearest to a point.
 
@@ -280,6 +283,7 @@ class Structure(Result):
         """
         return row_in(self, entries)
 
+    @logged
     def reduced(self, keep: Any = (), modes: int = 20) -> "Structure":
         """Return a smaller structure with some rows kept as coordinates, by the method of Craig and Bampton.
 

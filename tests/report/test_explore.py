@@ -19,7 +19,7 @@ from symfric.report.explorer.views import explorer
 from symfric.scenefile import read_scene_file, read_scene_text
 from symfric.scenefile.starters import starter
 from symfric.scenefile.writing import read_tables, with_friction_values, written
-from tests.browser import chromium, complaints, overflow, show
+from tests.browser import chromium, complaints, overflow, serious_findings, show
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PROGRAM = "from symfric.cli import main; main(prog_name='symfric')"
@@ -335,6 +335,37 @@ def test_a_moved_slider_changes_the_pictures(served):
         assert [line for line in complaints(browser) if "favicon" not in line] == []
     finally:
         browser.quit()
+
+
+def test_the_page_speaks_to_those_who_do_not_see_it(served):
+    """Every slider, number and menu has a name, also after its range has changed; axe-core finds nothing serious."""
+    browser = chromium()
+    try:
+        for theme in ("light", "dark"):
+            show(browser, served, 1400, theme=theme)
+            wait(lambda: "answered" in said(browser) and spoken(browser))
+            browser.execute_script(f"{model('number of v_b')}.value = 17.0;")
+            wait(lambda: browser.execute_script(f"return {model('v_b')}.end") == 17.0)
+            names = spoken(browser)
+            assert None not in names
+            assert {"v_b", "number of v_b"} <= set(names)
+            assert serious_findings(browser) == []
+    finally:
+        browser.quit()
+
+
+def spoken(browser) -> list[str | None]:
+    """Return the names of all fields of the page."""
+    return browser.execute_script("""
+        const found = [];
+        const visit = (view) => {
+          for (const field of view.shadow_el ? view.shadow_el.querySelectorAll("[role=slider], input, select") : [])
+            found.push(field.getAttribute("aria-label"));
+          for (const child of view.children()) visit(child);
+        };
+        [...Bokeh.index.roots].forEach(visit);
+        return found.some((name) => name) ? found : [];
+    """)
 
 
 def said(browser) -> str:

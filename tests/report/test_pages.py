@@ -9,7 +9,7 @@ from symfric.report.study.study import study
 from symfric.scenefile import read_scene_text
 from symfric_evidence.sources.gallery import gallery
 from symfric_evidence.sources.reproduction import chosen
-from tests.browser import chromium, complaints, missing_pictures, overflow, show
+from tests.browser import chromium, complaints, missing_pictures, overflow, serious_findings, show
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SOON = "number = 3\nsettle = 100\nwindow = 50"
@@ -47,6 +47,13 @@ def test_a_page_is_whole_at_every_width(browser, folder, name, width, media):
     assert missing_pictures(browser) == []
     assert overflow(browser) <= 0
     assert complaints(browser) == []
+
+
+@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_is_accessible(browser, folder, name, theme):
+    show(browser, (folder / f"{name}.html").as_uri(), 1400, theme=theme)
+    assert serious_findings(browser) == []
 
 
 def test_a_missing_picture_would_be_seen(browser, folder):

@@ -17,6 +17,8 @@ OTHERWISE = {  # public functions that are tried elsewhere or read files
     "motions.read_at2": "test_files_of_motions",
     "motions.read_text": "test_files_of_motions",
     "read": "test_starting",
+    "keep_when_interrupted": "test_progress",
+    "show_progress": "test_progress",
     "structures.read": "test_faults",
     "structures.write": "test_faults",
 }

@@ -17,7 +17,7 @@ from symfric.design.polish import polished
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell
 from symfric.model import scenes
 from symfric.model.outputs import StopTime, Trajectory
 from symfric.model.scene import Scene
@@ -169,9 +169,11 @@ def contact_damper(
     damper = _read(scene, bounds, residual, margin)
     points = POINTS[len(damper.names)]
     grid = [np.array(p) for p in itertools.product(np.linspace(0, 1, points), repeat=len(damper.names))]
+    tell("the shortest decay")
     best = _best(damper, grid)
     if best is None:
         raise NotFound(_missing(damper, grid))
+    tell("verification of the design")
     return _design(scene, damper, best)
 
 

@@ -11,7 +11,7 @@ from symfric.design.controller.settling_motions import SettlingMotions, grid_of_
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell
 from symfric.model.results import Result
 from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, finite, listed, mapped, name_of, nearest, pair
@@ -177,7 +177,8 @@ def controller(
     grid = np.unique(np.clip(spread(low, high, _SURVEY), low, high))
     least = {name: low} | ({} if ends is None else {str(varied): float(ends[0])})
     motions = SettlingMotions(scene, name, varied, least, given, latest, float(half_range))
-    for _ in range(_ROUNDS):
+    for k in range(_ROUNDS):
+        tell(f"the border of settling, round {k + 1}")
         border = _border(motions, grid, ends)
         border, motions = _followed(motions, border, grid)
         below = _below(motions, border, low)

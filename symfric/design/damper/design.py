@@ -13,7 +13,7 @@ from symfric.design.damper.summit import SLOWEST, Summit, summit
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell
 from symfric.model.excitation import excitation_of, is_excited
 from symfric.model.results import Result
 from symfric.model.scene import Scene, check_scene
@@ -249,6 +249,7 @@ def _local(scene: Scene, r: Requirement) -> Summit | None:
     """
     if not r.quiet:
         return None
+    tell("stability of steady sliding")
     growth = Growth(scene, r)
     values = np.linspace(*r.bounds, _SCAN)
     worst = [growth.worst(value, polished=False) for value in values]
@@ -275,6 +276,7 @@ def _cycles(scene: Scene, r: Requirement, local: Summit | None) -> Summit | None
     speeds, best = _references(scene, r), local
     for _ in range(_ROUNDS):
         damping = r.bounds[0] if best is None else best.damping * (1 + _BEYOND)
+        tell(f"cycles with {r.name} = {damping:.5g}")
         bad = next((v for v in speeds if not r.meets(outermost(scene.where({r.speed: v, r.name: damping}), r))), None)
         if bad is None:
             return best
@@ -284,6 +286,7 @@ def _cycles(scene: Scene, r: Requirement, local: Summit | None) -> Summit | None
 
 
 def _design(scene: Scene, r: Requirement, required: Summit | None) -> Design:
+    tell("verification of the design")
     low, claim = r.bounds[0], "optimal"
     if required is None:
         speeds = np.array([max(r.speeds[0], _LOWEST * r.speeds[1]), r.speeds[1]])

@@ -12,7 +12,7 @@ from symfric.design.polish import ways
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell
 from symfric.model.results import Result
 from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import Key
@@ -120,10 +120,12 @@ def isolator(
     check_scene(scene)
     check_given_loads(scene, "isolator, whose measure is an acceleration,")
     problem = Isolated(scene, motions, bounds, dict(limits or {}), minimise, over)
+    tell("a survey of the bounds")
     points = problem.grid()
     table = problem.survey(points)
     costs = np.array([problem.cost(v) for v in table])
     excess = np.array([problem.excess(v) for v in table])
+    tell("the best points refined")
     best = least(problem, points, costs, np.maximum(excess, 0.0))
     values = problem.values(best)
     if problem.excess(values) > MET:
@@ -132,6 +134,7 @@ def isolator(
 
 
 def _design(problem: Isolated, point: np.ndarray, values: np.ndarray, table: list[np.ndarray]) -> Design:
+    tell("verification of the design")
     parameters = problem.parameters(point)
     worst = {m: float(np.max(row)) for m, row in zip(problem.measures, values, strict=True)}
     active = [f"{n} limit" for n, limit in problem.limits.items() if worst[n] >= limit * (1 - _ACTIVE)]

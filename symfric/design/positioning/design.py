@@ -11,7 +11,7 @@ from symfric.design.positioning.stopping_ramp import stopping_ramp
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell
 from symfric.model import scenes
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, pair
@@ -134,6 +134,7 @@ def positioning(scene: Scene, parameter: Key, bounds: tuple[float, float], speed
         fine = replace(problem, name="sigma", survey=FINE)
         _refuse_stick_slip(fine)
         return stopping_ramp(fine.at(fine.numbers["sigma"]), _read(scene)["fc"], (low, high), problem.speeds)
+    tell("the least error without stick-slip")
     value = _best(problem, low, high)
     fine = replace(problem, survey=FINE)
     if fine.slack(value) < problem.slack(value) - 1e-9:  # the coarse survey missed a speed

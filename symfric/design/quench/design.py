@@ -19,7 +19,7 @@ from symfric.design.quench.worst_speed import SHARES, SpeedRange, evaluated
 from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite, nearest, pair
 
@@ -118,9 +118,11 @@ def quench(
     still = _unshaken(problem.speeds)
     if problem.intensities[0] == 0 and still[0] >= problem.margin:
         return _idle(belt, problem, still)
+    tell("the optimum of the averaged model")
     optimum = search(problem)
     if not isinstance(optimum, Optimum):
         raise NotFound(missing(problem, still))
+    tell("verification on the full model")
     return _design(belt, problem, optimum)
 
 

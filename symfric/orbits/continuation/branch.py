@@ -95,6 +95,7 @@ REASONS = {
     "folded-back": "an orbit from which it runs back over itself",
     "budget": "the largest number of orbits",
     "lost": "an orbit beyond which none was found",
+    "interrupted": "an orbit beyond which the search was interrupted",
 }
 
 
@@ -133,7 +134,8 @@ class Branch(ArrayResult, Drawable):
         Why it ends on either side: "span", "hopf", "branch-point" (where it starts), "flip" (on a branch with half its
         period), "grazing" (beyond, the motion misses the event), "jump" (static friction above kinetic friction ends
         the orbits there, and beyond, the motion settles to no other orbit), "closed", "folded-back" (it runs back over
-        its own orbits), "budget", or "lost" if no orbit was found further on. `reasons` says the same in words.
+        its own orbits), "budget", "interrupted" (see `symfric.keep_when_interrupted`), or "lost" if no orbit was found
+        further on. `reasons` says the same in words.
     peak : Peak or None
         Of a frequency response; see `symfric.frequency_response`.
 
@@ -296,6 +298,9 @@ def continue_cycle(
         if begins == end or (sides and sides[0].end == "closed"):
             sides.append(Found(end="span" if begins == end else "closed"))
             continue
+        if sides and sides[0].end == "interrupted":
+            sides.append(Found(end="interrupted"))
+            continue
         sides.append(Walk(scene, system, (low, high), most).go(first, way * upward))
     return _joined(scene, system, first, *sides)
 
@@ -342,7 +347,7 @@ def _across(scene: Scene, name: str, span: tuple[float, float], start: Special, 
         inside = span[0] <= new.z[-1] <= span[1]
         halves[k] = Walk(scene, system, span, most).go(new, way) if inside else Found(end="span")
         halves[k].orbits[:0] = [Placed(system, new)] if inside else []
-        if halves[k].end == "closed":
+        if halves[k].end in ("closed", "interrupted"):
             break
     halves[0].special.insert(0, met)
     return _joined(scene, system, here, *halves)

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symfric.errors import NotFound
+from symfric.long_calls import tell, until_interrupted
 from symfric.model.scene import Scene
 from symfric.orbits.continuation import branch_points
 from symfric.orbits.continuation.arclength import CORRECTIONS, cosine, step_along, tangent, units
@@ -72,15 +73,25 @@ class Walk:
         self._scene, self._system, self._limits, self._most = scene, system, np.array([span]), most
         self._largest = np.zeros(len(system.flow.states))
         self._springs = widest_ranges(system.flow)
+        self._known = 0  # special points up to the last orbit
 
     def go(self, start: Point, direction: np.ndarray) -> Found:
         """Walk from an orbit in a direction of the unknowns, (n_z,), to the end of the branch or of the span."""
-        half, point, step, hopf = Found(), start, _FIRST, None
+        half = Found()
+        with until_interrupted():
+            self._walk(half, start, direction)
+            return half
+        half.end = "interrupted"
+        del half.special[self._known :]
+        return half
+
+    def _walk(self, half: Found, start: Point, direction: np.ndarray) -> None:
+        point, step, hopf = start, _FIRST, None
         way, trail = self.tangent(point, direction), [Placed(self._system, start)]
         marks = [_marks(trail[0])]
         while len(half.orbits) < self._most and not half.end:
             self._largest = np.maximum(self._largest, point.passage.ranges)
-            before, known = point, len(half.special)
+            before, self._known = point, len(half.special)
             point, way, step = self._advance(half, point, way, step)
             if half.end in _ENDS:
                 break
@@ -88,9 +99,10 @@ class Walk:
             again = self._passed_again(trail, np.array([*marks, mark]), point)
             if again is not None:
                 half.end = "closed" if again == 0 else "folded-back"
-                del half.special[known:]
+                del half.special[self._known :]
                 break
             half.orbits.append(Placed(self._system, point))
+            tell(f"{len(half.orbits)} orbits to {self._system.flow.parameters[0]} = {point.z[-1]:.5g}")
             trail.append(half.orbits[-1])
             marks.append(mark)
             hopf = self._hopf_ahead(before, point) if hopf is None else hopf
@@ -100,7 +112,6 @@ class Walk:
             if not half.end:
                 point, way = self._moved(point, way)
         half.end = half.end or "budget"
-        return half
 
     def tangent(self, point: Point, along: np.ndarray) -> np.ndarray:
         """Return the direction of the branch at an orbit, on the side of `along`."""

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from symfric.files import write_together
+from symfric.long_calls import long_call, tell
 from symfric.model.scene import Scene
 from symfric.report.html.versions import versions
 from symfric.report.study.data import data_files, to_dict
@@ -128,4 +129,5 @@ class Study:
 
 def study_of(scene: Scene, progress: Progress | None = None) -> Study:
     """Return the study of a scene, with what its file asks for if it was read from one."""
-    return Study(study(file_of(scene), progress))
+    with long_call("study"):
+        return Study(study(file_of(scene), progress or tell))

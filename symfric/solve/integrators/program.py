@@ -12,6 +12,7 @@ import sympy as sp
 
 from symfric.errors import NoRoute, SceneError
 from symfric.locks import SYMBOLIC
+from symfric.long_calls import long_call, tell_of_run
 from symfric.model.outputs import OutputOfExpression
 from symfric.model.rows import INTEGRAL, VALUES, Row
 from symfric.model.symbols import Key, finite
@@ -98,7 +99,8 @@ class IntegratorsProgram(Program):
     def _run(
         self, values: dict[Key, float], initial: dict[Key, float], progress: Callable[[float], None] | None
     ) -> Run:
-        return self.collect(self.follow(values, initial, progress), values, initial)
+        with long_call("run"):
+            return self.collect(self.follow(values, initial, progress), values, initial)
 
     def follow(
         self,
@@ -138,6 +140,7 @@ class IntegratorsProgram(Program):
                 self._integrate(flow, motion, p, min(begins, self._strike(motion, p)))
                 if motion.t in self._starts.values():
                     self._start_counting(motion)
+                tell_of_run(motion.t / horizon)
                 if progress is not None:
                     progress(motion.t / horizon)
             if motion.status != Status.OK:

@@ -9,6 +9,7 @@ import numpy as np
 
 from symfric.codegen.array_table import Table
 from symfric.codegen.loop_loader import load_loop
+from symfric.long_calls import tell
 from symfric.model.rows import CROSSINGS, INTEGRAL, RANGE
 from symfric.solve.loop.case_arrays import CaseArrays, Place, make_arrays
 from symfric.solve.loop.compiled_model import CompiledModel
@@ -97,6 +98,7 @@ def share_out(
         for more in work(share):
             check_time()
             done += more
+            tell("", done / n)
             if progress is not None:
                 progress(done / n)
         return arrays
@@ -120,6 +122,7 @@ def share_out(
             while thread.is_alive():
                 thread.join(_INTERVAL)
                 check_time()
+                tell("", sum(counts) / n)
                 if progress is not None:
                     progress(sum(counts) / n)
     finally:

@@ -10,6 +10,7 @@ import numpy as np
 
 from symfric.codegen.array_table import Table
 from symfric.codegen.loop_loader import Loop
+from symfric.long_calls import long_call, tell_of_run
 from symfric.model.rows import CROSSINGS, INTEGRAL, RANGE, Row
 from symfric.solve.loop.run_arrays import RunArrays, Stored
 from symfric.solve.observables import Observables
@@ -152,7 +153,16 @@ class Workspace:
             w.given_y[:], w.given_p[:] = y, p
             self._given_y, self._given_p = y, p
         check_time()
-        code, told = self._launch(self._table, True), 0
+        code = self._launch(self._table, True)
+        return _STATUS[code] if code >= 0 else self._go_on(code, progress)
+
+    def _go_on(self, code: int, progress: Callable[[float], None] | None) -> Status:
+        """Continue a run that paused, since it is long or needs memory for its trajectory."""
+        with long_call("run"):
+            return self._to_the_end(code, progress)
+
+    def _to_the_end(self, code: int, progress: Callable[[float], None] | None) -> Status:
+        told = 0
         while code < 0:
             check_time()
             if code == PATH_FULL:
@@ -161,9 +171,11 @@ class Workspace:
             elif code == EVENTS_FULL:
                 self._extend_log()
             w = self.arrays
-            if progress is not None and w.counts.steps - told >= w.limits.chunk:
-                told = w.counts.steps
-                progress(min(1.0, float(w.y[-1]) / self._model.horizon))
+            if w.counts.steps - told >= w.limits.chunk:
+                told, done = w.counts.steps, min(1.0, float(w.y[-1]) / self._model.horizon)
+                tell_of_run(done)
+                if progress is not None:
+                    progress(done)
             code = self._launch(self._table, False)
         return _STATUS[code]
 

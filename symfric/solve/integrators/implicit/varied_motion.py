@@ -9,6 +9,7 @@ import casadi as ca
 import numpy as np
 
 from symfric.locks import SYMBOLIC
+from symfric.long_calls import tell_of_run
 from symfric.lower.automaton import Automaton, arguments_of
 from symfric.solve.input_segments import segments
 from symfric.solve.integrators.implicit.stretch import stretch_of
@@ -178,6 +179,7 @@ class VariedMotion:
             self._note(rows, by, inside, (part[0][:, at], part[1][at]), times[inside], given, m)
             t, state, V = end, part[0][:, -1], part[1][-1]
             check_time()
+            tell_of_run(t / horizon)
             if progress is not None:
                 progress(t / horizon)
             if flow.steps > most:
