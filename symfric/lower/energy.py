@@ -3,6 +3,7 @@
 import casadi as ca
 
 from symfric.lower.clocks import Clocks
+from symfric.lower.constraint_forces import FOLLOWS, HOLDS, constraint_basis
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.lower.mode_layout import OPEN
 from symfric.lower.normal_forces import with_normal_forces
@@ -37,7 +38,8 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
     modes = ca.vertcat(lines, *springs, stops)
     out = model.unswitched(with_normal_forces(model, acceleration, [applied, contact])[1])
     if slip.numel():
-        out = ca.substitute(out, [model.s, model.d], [lines == 0, ca.if_else(lines < 0, -1, 1)])
+        holds = _holding(model, lines) if model.openings else lines == 0
+        out = ca.substitute(out, [model.s, model.d], [holds, ca.if_else(lines < 0, -1, 1)])
     for plane in model.planes:  # its direction is that of its slip
         out = ca.substitute(out, [plane.variables], [ca.SX.zeros(plane.variables.numel())])
     if model.openings:
@@ -46,6 +48,18 @@ def energy_functions(scene: Scene) -> tuple[ca.Function, ca.Function]:
         out = ca.substitute(out, [e.mode for e in model.openings], is_open)
     power = ca.Function("power", [model.y, model.t, model.p, modes], [ca.densify(e) for e in out])
     return power, ca.Function("kinetic", [model.y, model.p], [ca.densify(energy)])
+
+
+def _holding(model: ContactDynamics, lines: ca.SX) -> ca.SX:
+    """Return the marks of contacts that stick: a slip that follows from closed gaps and others has none."""
+    sticking, _, _ = model.held_by_sticking
+    rows = ca.vertcat(ca.jacobian(ca.vertcat(*(e.gap for e in model.openings)), model.q), model.slopes[sticking, :])
+    closed = ca.vertcat(*(e.closed for e in model.openings), lines[sticking] == 0)
+    own = constraint_basis(rows, model.solve(rows.T), closed, tested=True).own[len(model.openings) :]
+    marks = ca.SX(lines == 0)
+    for i, holds in zip(sticking, own, strict=True):
+        marks[i] = ca.if_else(lines[i] == 0, ca.if_else(holds, HOLDS, FOLLOWS), 0)
+    return model.unswitched([marks])[0]
 
 
 def _as_it_is(values: ca.SX) -> ca.SX:

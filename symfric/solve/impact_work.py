@@ -5,13 +5,18 @@ from typing import TYPE_CHECKING
 
 import casadi as ca
 import numpy as np
+from scipy.optimize import nnls
 
 from symfric.lower.impacts import impact_function
+from symfric.lower.mode_layout import OPEN
 
 if TYPE_CHECKING:
     from symfric.solve.run import Run
 
-_TOUCHES = 1e-8  # gap, relative to the sizes of its terms and the way of a step, below which a contact may strike
+_TOUCHES = (
+    1e-8  # gap, relative to its terms and to the way at its rate during the run, below which a contact may strike
+)
+_JUMP = 1e-13  # least jump of a velocity, relative to the largest one, that may be an impact
 
 
 def struck(
@@ -23,7 +28,8 @@ def struck(
     r"""Return the kinetic energy that impacts bring at the end of every step of a run, shape (n,); losses are negative.
 
     The change of the velocities is explained by impulses along the normals and the slips of contacts that touch, none
-    of them pulling: :math:`u^+ - u^- = M^{-1} J^T \Lambda`. What is left of it is no impact and shows in the balance.
+    of them pulling: :math:`u^+ - u^- = M^{-1} J^T \Lambda`. Where several impulses do so, their work is the same. What
+    is left of the change is no impact and shows in the balance.
 
     Parameters
     ----------
@@ -44,21 +50,26 @@ def struck(
     n_u, n = len(scene.system.q), len(owners)
     data = np.zeros(impact.numel_in(3))
     names = impact.name_out()
-    for k in (path.jumps - 1).tolist():
-        before = arrived.get(k, path.ends(np.array([k]))[:, 0])
-        after, t = path.coefficients[k + 1, :, 0], path.t[k + 1]
+    stops = iter(range(path.mode.shape[1] - owners.count(-1), path.mode.shape[1]))
+    closed = path.mode[:, [line if line >= 0 else next(stops) for line in owners]] != OPEN
+    velocities = slice(n_u, 2 * n_u)
+    ends, starts = path.ends(np.arange(path.t.size - 1)), path.coefficients[1:, :, 0].T
+    jumps = np.max(np.abs(starts - ends)[velocities], axis=0)
+    for k in np.flatnonzero(jumps > _JUMP * np.max(np.abs(starts[velocities]))).tolist():
+        before, after, t = arrived.get(k, ends[:, k]), starts[:, k], path.t[k + 1]
         p = parameters(np.array([t]))[:, 0]
         found = dict(zip(names, (np.array(e).ravel() for e in impact(before, t, p, data)), strict=True))
-        touching = found["gap"] <= _TOUCHES * (found["size"] + np.abs(found["rate"]) * path.h[k])
+        touching = found["gap"] <= _TOUCHES * (found["size"] + np.abs(found["rate"]) * run.t_final)
+        touching |= closed[k] | closed[k + 1]
         spread = found["spread"].reshape(-1, n_u).T
         n_c = spread.shape[1] - n
         rubs = [i in {line for line, near in zip(owners, touching, strict=True) if near} for i in range(n_c)]
-        columns = np.flatnonzero(np.append(rubs, touching))
+        columns = np.hstack([spread[:, :n_c][:, rubs], -spread[:, :n_c][:, rubs], spread[:, n_c:][:, touching]])
         if not columns.size:
             continue
-        impulses = np.linalg.lstsq(spread[:, columns], (after - before)[n_u : 2 * n_u], rcond=1e-12)[0]
-        impulses = np.where(columns >= n_c, np.maximum(impulses, 0.0), impulses)
+        lengths = np.linalg.norm(columns, axis=0)
+        columns = columns[:, lengths > 0] / lengths[lengths > 0]
         reached = before.copy()
-        reached[n_u : 2 * n_u] += spread[:, columns] @ impulses
+        reached[velocities] += columns @ nnls(columns, (after - before)[velocities])[0]
         work[k] = float(kinetic(reached, p) - kinetic(before, p))
     return work

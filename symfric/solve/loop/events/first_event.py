@@ -68,7 +68,7 @@ def _crossing(w: LoopArrays, r: int, g: int, begin: float, total: float, h: floa
     if w.guards.fresh[g]:
         first = w.guards.fresh[g]
         slips = is_along_line(w, g) and is_slip(g)
-        if slips:  # at a release the slip acceleration is zero up to rounding, for any step length
+        if slips and first == 1:  # at a release the slip acceleration is zero up to rounding, for any step length
             first = 2 if abs(w.c[r, 1]) <= no_acceleration(w, contact_of(g), 2.0 * w.c[r, 2]) else 1
         elif is_switch(w, g):  # as in mode selection, for any step length
             first = decisive(w, w.c, r, g - switch(0, w.contacts.sticks.size), w.contacts.sticks.size, natural_time(w))

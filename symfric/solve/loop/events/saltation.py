@@ -45,13 +45,26 @@ def remember(w: LoopArrays, n_x: int) -> None:
         w.saltation.before[first + k] = w.m[k]
     for g in range(w.guards.hit.size):
         w.saltation.before[first + 2 * n_m + g] = w.guards.hit[g]
-    last = first + 2 * n_m + w.guards.hit.size
-    if w.saltation.before.size > last:
+    last = _given(w)
+    if last >= 0:
         w.saltation.before[last] = jumped_across(w, n_x)
         for s in range(w.limits.varied):
             w.saltation.before[last + 1 + s] = w.saltation.tau[s]
     for k in range(w.saltation.left.size):
         w.saltation.left[k] = w.y[k]
+
+
+@compiled(inline=True)
+def _given(w: LoopArrays) -> int:
+    """Return where the derivatives of the time of an event before are told, -1 if the jump does not ask for them."""
+    last = w.p.size + 2 * w.m.size + w.guards.hit.size
+    return last if w.saltation.before.size - _of_impacts(w) > last else -1
+
+
+@compiled(inline=True)
+def _of_impacts(w: LoopArrays) -> int:
+    """Return how many numbers tell the jump what contacts do in an impact."""
+    return w.impacts.asked.size - w.p.size if w.openings.variable.size else 0
 
 
 @compiled
@@ -61,7 +74,7 @@ def jump(w: LoopArrays, n_x: int, n_c: int, starting: bool) -> None:
     n_y, first = n_x // (1 + n_s), w.wanted.kind.size - n_f * n_s
     for k in range(n_m):
         w.saltation.before[w.p.size + n_m + k] = w.m[k]
-    n_k = w.impacts.asked.size - w.p.size if w.openings.variable.size else 0
+    n_k = _of_impacts(w)
     struck = w.saltation.before.size - n_k
     for k in range(n_k):
         w.saltation.before[struck + k] = w.impacts.asked[w.p.size + k]
@@ -97,7 +110,7 @@ def jump(w: LoopArrays, n_x: int, n_c: int, starting: bool) -> None:
 @compiled
 def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
     """Count an event without derivatives: a graze, simultaneous events, or an immediately following one."""
-    n_m, n_g, first = w.m.size, w.guards.hit.size, w.p.size
+    n_m, n_g, first, given = w.m.size, w.guards.hit.size, w.p.size, _given(w)
     changed = False
     for i in range(n_c):
         slipped, slips = w.saltation.before[first + i] < 0.5, w.m[i] < 0.5
@@ -112,11 +125,12 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
             continue
         if w.limits.first_opening <= g < w.limits.first_clock and w.impacts.struck[(g - w.limits.first_opening) // 2]:
             changed = True
+            continue  # small bounces that die out are slow, and have derivatives
         if backward(n_c) <= g < w.limits.first_other:
             apart = is_switch(w, g) and w.contacts.step[g - switch(0, n_c)] != 0
             w.counts.doubts += apart and w.saltation.after[slopes + n_g + g] > APART
             continue
-        if w.saltation.before.size > first + 2 * n_m + n_g and w.saltation.before[first + 2 * n_m + n_g] != 0.0:
+        if given >= 0 and w.saltation.before[given] != 0.0:
             continue  # its time is that of an event before
         # an exchange of constraints does not change the motion
         if is_along_line(w, g) and w.m[contact_of(g)] == AT_BOUND:

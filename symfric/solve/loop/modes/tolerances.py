@@ -45,8 +45,18 @@ def doubt_of(w: LoopArrays, i: int) -> float:
     It is at least what makes no acceleration: a smaller excess would release a slip whose acceleration then counts as
     none. The forces that cancel in the stick force set this least, not its bound, which may be far smaller.
     """
-    pull, least = w.gauge[PULL, i], no_acceleration(w, i, 0.0)
-    if w.counts.steps > 0:
-        least = arithmetic.doubted_force(least, pull, w.span[TERMS, i], natural_time(w), w.clock.doubt)
     coupling = w.gauge[COUPLING + i, i]
-    return least / coupling if coupling > 0.0 else 0.0
+    return doubted_acceleration(w, i, 0.0) / coupling if coupling > 0.0 else 0.0
+
+
+@compiled(inline=True)
+def doubted_acceleration(w: LoopArrays, i: int, jerk: float) -> float:
+    """Return the possible error of the slip acceleration of contact i, by rounding and by the error of the run.
+
+    A contact that sticks up to its bound and one that slips are told apart by the same size, so that one of them is
+    right.
+    """
+    least = no_acceleration(w, i, jerk)
+    if w.counts.steps > 0:
+        least = arithmetic.doubted_force(least, w.gauge[PULL, i], w.span[TERMS, i], natural_time(w), w.clock.doubt)
+    return least

@@ -29,7 +29,7 @@ from symfric.solve.loop.events.time_steps import step_over
 from symfric.solve.loop.modes.layout import backward, direction, forward
 from symfric.solve.loop.modes.mode_selection import change_switch, mark_fresh
 from symfric.solve.loop.modes.sticking_basis import share
-from symfric.solve.loop.modes.tolerances import doubt_of, instant, natural_time, no_acceleration
+from symfric.solve.loop.modes.tolerances import doubt_of, doubted_acceleration, instant, natural_time, no_acceleration
 from symfric.solve.loop.modes.zero_slips import try_sticking
 from symfric.solve.loop.precision import ROUNDING
 from symfric.solve.loop.stepping.calls import prelude, probe
@@ -169,6 +169,7 @@ def _select_modes(w: LoopArrays, n_x: int, n_c: int) -> int:
         if n_s == 0 or not change_switch(w, n_x, n_c, n_s, w.limits.edges > 0):
             hold_exactly(w)
             mark_fresh(w, n_x, n_c, n_s)
+            _mark_slips(w, n_x, n_c)
             return OK if _mark_openings(w, n_x) else UNDECIDED
     return UNDECIDED
 
@@ -299,7 +300,7 @@ def _is_right(w: LoopArrays, n_x: int, n_c: int) -> bool:
         elif w.selection.zero[i]:
             g = n_x + backward(i)
             a, b, c = w.probe[g, 1], 2.0 * w.probe[g, 2], 6.0 * w.probe[g, 3]
-            if not stays(a, b, c, no_acceleration(w, i, b), time, now):
+            if not stays(a, b, c, doubted_acceleration(w, i, b), time, now):
                 return False
     return True
 
@@ -357,6 +358,16 @@ def _same_motion(w: LoopArrays, n_q: int) -> bool:
         if abs(new - old) > _SAME * (abs(new) + abs(old)) + ROUNDING * scale:
             return False
     return True
+
+
+@compiled
+def _mark_slips(w: LoopArrays, n_x: int, n_c: int) -> None:
+    """Mark slips whose acceleration is zero within the error of the run, so that the next derivative counts."""
+    for i in range(n_c):
+        g = backward(i)
+        if w.m[i] == 0.0 and w.guards.fresh[g] and w.contacts.partner[i] < 0:
+            a, b = w.probe[n_x + g, 1], 2.0 * w.probe[n_x + g, 2]
+            w.guards.fresh[g] = 1 + (abs(a) <= doubted_acceleration(w, i, b))
 
 
 @compiled
