@@ -28,6 +28,15 @@ def _term(value: object) -> float | str:
     return value if isinstance(value, str) else number(value)
 
 
+def _slip(value: object) -> float | str | list[float | str]:
+    """Return a slip: one expression, or the two of a contact in the plane."""
+    if not isinstance(value, list):
+        return _term(value)
+    if len(value) != 2:
+        raise ValueError(f"has {len(value)} entries; write one expression, or two for a contact in the plane")
+    return [_term(v) for v in value]
+
+
 def _coefficient(value: object) -> float | str | list[float | str]:
     """Return a coefficient of a friction law: a number, an expression, or a list of them."""
     return [_term(v) for v in value] if isinstance(value, list) else _term(value)
@@ -91,6 +100,7 @@ def kind_of(value: object) -> str:
 Number = Annotated[float, BeforeValidator(number)]
 Positive = Annotated[float, BeforeValidator(number), Field(gt=0)]
 Term = Annotated[float | str, BeforeValidator(_term)]
+Slip = Annotated[Any, BeforeValidator(_slip)]
 Coefficient = Annotated[Any, BeforeValidator(_coefficient)]
 Option = Annotated[Any, BeforeValidator(_option)]
 Text = Annotated[str, Field(max_length=10_000), BeforeValidator(text)]

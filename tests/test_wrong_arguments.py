@@ -39,6 +39,8 @@ GOOD = {
     sf.scenes.mass_on_belt: {"law": LAW, "v_b": 0.2, "beta": 0.05, "horizon": 10.0},
     sf.scenes.contact_damper: {"f_n": 10.0, "mu_m": 0.1, "zeta": 0.0, "r": 1.0},
     sf.scenes.rolling_isolator: {"C": 1.0, "m": 1.0, "motion": MOTION, "profile": 0.1},
+    sf.scenes.block_on_incline: {"slope": 0.2, "mu": 0.3, "speed": 1.0, "a": 1.0},
+    sf.scenes.friction_pendulum: {"R": 2.0, "mu": 0.05, "m": 1.0, "motions": (MOTION, MOTION)},
     sf.scenes.drive_stop: {"mu1": -0.5, "mu2": 0.1, "lam": 4.0},
     sf.equilibrium: {"scene": BELT},
     sf.stability: {"scene": BELT},

@@ -22,6 +22,7 @@ WORDS = {  # annotated types: what one writes
     fields.Number: "number",
     fields.Positive: "number > 0",
     fields.Term: "number or expression",
+    fields.Slip: "number, expression, or list of two expressions",
     fields.Coefficient: "number, expression or list",
     fields.Option: "number, text, true or false, list",
     fields.Text: "text",

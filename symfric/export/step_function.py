@@ -23,7 +23,6 @@ from symfric.export.step_equations import StepEquations
 from symfric.lower.automaton import Automaton, automaton_of
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.constant_parameters import averaged_over
-from symfric.model.in_plane import refuse_planes
 from symfric.model.scene import Scene
 from symfric.model.steps import jumps_in_time
 
@@ -94,7 +93,6 @@ def _refuse(scene: Scene, automaton: Automaton) -> None:
         raise SceneError(
             f"contact {c.name!r} opens and strikes, which is not exported; leave it out, and give its load as an input"
         )
-    refuse_planes(scene.contacts, "an exported model")
     for c in scene.contacts:
         if c.law.steep:
             raise SceneError(

@@ -13,6 +13,7 @@ from symfric.errors import SceneError
 from symfric.export.step_function import LOST_CONTACT, MANY_EVENTS, NOT_FINITE, OK, StepFunctions, step_functions
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.held import Held
+from symfric.model.in_plane import refuse_planes
 from symfric.model.outputs import OF_CONTACTS, Trajectory, friction_force, slip
 from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import TIME, Key, expression, finite, name_of, nearest
@@ -275,6 +276,7 @@ def stepper(scene: Scene, step: float, outputs: Mapping[str, sp.Expr] | None = N
     if not isinstance(events, int) or isinstance(events, bool) or events < 1:
         raise SceneError(f"events is {events!r}; give a whole number of 1 or more")
     check_scene(scene)
+    refuse_planes(scene.contacts, "an exported model")
     _check_clocks(scene, length, events)
     shown = _read_outputs(scene, outputs)
     f: StepFunctions = step_functions(scene, list(shown.values()), events)

@@ -212,11 +212,43 @@ class OutputAfter(OutputOfExpression):
 
 @dataclass(frozen=True)
 class OutputOfRange(OutputAfter):
-    """Base of outputs made of the smallest and the largest value of an expression."""
+    """Base of outputs made of the smallest and the largest value of an expression.
+
+    Of a root, such as the length of a vector, the extremes are the roots of those of its radicand, which has a series
+    where it is zero.
+    """
 
     def row(self, horizon: float) -> Row:
         magnitude = isinstance(self.expr, sp.Abs)
-        return Row(RANGE, self.expr.args[0] if magnitude else self.expr, magnitude=magnitude, start=self.after)
+        plain = self.expr.args[0] if magnitude or self._root else self.expr
+        return Row(RANGE, plain, magnitude=magnitude, start=self.after)
+
+    @property
+    def _root(self) -> bool:
+        return bool(self.expr.is_Pow and self.expr.exp == sp.S.Half)
+
+    def of_ends(self, low: Any, high: Any) -> Any:
+        """Return the output from the smallest and the largest value, or its derivative from theirs.
+
+        Parameters
+        ----------
+        low, high : float or ndarray
+
+        Returns
+        -------
+        float or ndarray
+        """
+        raise NotImplementedError
+
+    def reduce(self, found: Any) -> Any:
+        return self.of_ends(*((np.maximum(e, 0.0) ** 0.5 for e in found) if self._root else found))
+
+    def slopes(self, derivatives: Any, name: str) -> Any:
+        slopes = derivatives.of_row(name)
+        if self._root:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                slopes = [d / (2.0 * e**0.5) for d, e in zip(slopes, derivatives.ends(name), strict=True)]
+        return self.of_ends(*slopes)
 
 
 @dataclass(frozen=True)
@@ -265,8 +297,8 @@ class Max(OutputOfRange):
 
     word: ClassVar[str] = "max"
 
-    def reduce(self, found: Any) -> Any:
-        return found[1]
+    def of_ends(self, low: Any, high: Any) -> Any:
+        return high
 
 
 @dataclass(frozen=True)
@@ -291,8 +323,8 @@ class Min(OutputOfRange):
 
     word: ClassVar[str] = "min"
 
-    def reduce(self, found: Any) -> Any:
-        return found[0]
+    def of_ends(self, low: Any, high: Any) -> Any:
+        return low
 
 
 @dataclass(frozen=True)
@@ -324,8 +356,8 @@ class HalfRange(OutputOfRange):
 
     word: ClassVar[str] = "half_range"
 
-    def reduce(self, found: Any) -> Any:
-        return 0.5 * (found[1] - found[0])
+    def of_ends(self, low: Any, high: Any) -> Any:
+        return 0.5 * (high - low)
 
 
 @dataclass(frozen=True)
@@ -774,7 +806,13 @@ OF_CONTACTS = {f.__name__: f for f in (friction_force, slip, normal_force, store
 
 
 def vector_words(output: str, contact: str) -> str:
-    """Return why an output cannot have the friction force of a contact in the plane."""
+    """Return why an output cannot have a friction force: all of a vector, or a component, ``name, 0``, of no vector."""
+    line = contact.removesuffix(", 0").removesuffix(", 1")
+    if line != contact:
+        return (
+            f"output {output!r} asks for a component of the friction force of contact {line!r}, which slides along a "
+            f"line; write sf.friction_force({line!r})"
+        )
     return (
         f"output {output!r} uses the friction force of contact {contact!r}, which is a vector; write "
         f"sf.friction_force({contact!r}, 0) or (..., 1) for its components"

@@ -281,7 +281,7 @@ class Scene:
                     if s.name.startswith(tuple(f"{name}(" for name in OF_CONTACTS)) and s.name not in known:
                         contacts = [c.name for c in self.contacts]
                         bare = s.name.split("(", 1)[1][:-1]
-                        if any(c.name == bare for c in self.contacts):
+                        if bare.removesuffix(", 0").removesuffix(", 1") in contacts:
                             raise SceneError(vector_words(name, bare))
                         raise SceneError(f"output {name!r} uses contact {bare!r}{nearest(bare, contacts)}")
 

@@ -26,6 +26,7 @@ from symfric.model.symbols import (
     refuse_speed,
     shortened,
 )
+from symfric.model.typed_friction import refuse_typed_friction
 from symfric.model.unilateral import FRICTIONLESS, Unilateral
 
 _WRITTEN = 12  # coordinates up to which matrices become expressions for reading
@@ -151,6 +152,7 @@ class System:
         for what, entries in (("force", self.force), ("z_rate", own_rates), ("mass", mass), ("load", loads)):
             for i, e in enumerate(entries):
                 refuse_jumps(e, f"{what}[{i}]")
+        refuse_typed_friction(self.force, self.u)
         if self.mass is None:
             return
         for i, e in enumerate(mass):

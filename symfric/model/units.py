@@ -222,14 +222,17 @@ def _equations(
     yield from _of_rows(system, known)
     for contact in scene.contacts:
         place = f"friction {contact.name!r}"
-        yield f"{place}, slip", partial(known.of, contact.slip)
+        for w in contact.slips:
+            yield f"{place}, slip", partial(known.of, w)
+        if contact.across is not None:
+            yield f"{place}, slip", partial(_agree_in_plane, known, contact.slip, contact.across)
         yield f"{place}, normal", partial(known.of, contact.normal)
         if contact.unilateral is not None:
             yield from _of_opening(known, contact, contact.unilateral, system, written)
         for i, u in enumerate(system.u if written else ()):
-            lever = contact.slip.diff(u)
-            if not lever.is_zero and not system.force[i].is_number:
-                yield place, partial(_of_load, known, contact, lever, system.force[i])
+            for lever in (w.diff(u) for w in contact.slips):
+                if not lever.is_zero and not system.force[i].is_number:
+                    yield place, partial(_of_load, known, contact, lever, system.force[i])
         yield f"{place}, profile", partial(known.plain, contact.profile)
         yield f"{place}, law", partial(_of_law, known, contact, laws.get(contact.name))
         yield place, partial(_of_outputs, known, contact)
@@ -325,6 +328,11 @@ def _load(known: Dimensions, contact: "Contact") -> Dimension:
     return known.of_name(f"load of {contact.name}") if contact.normal.is_number else known.of(contact.normal)
 
 
+def _agree_in_plane(known: Dimensions, first: sp.Expr, second: sp.Expr) -> None:
+    """Check that the components of a slip vector have the same dimension."""
+    known.equal((str(first), known.of(first)), (str(second), known.of(second)))
+
+
 def _of_law(known: Dimensions, contact: "Contact", lettered: LetteredLaw | None) -> None:
     """Check a law, whose coefficients that are numbers have units that follow from it."""
     law, slip = contact.law, known.of(contact.slip)
@@ -350,7 +358,8 @@ def coefficient_of(contact: str, name: str) -> str:
 def _of_outputs(known: Dimensions, contact: "Contact") -> None:
     """Give what an output may ask of a contact its dimension."""
     load, slip = _load(known, contact), known.of(contact.slip)
-    known.define(friction_force(contact.name).name, load)
+    for component in (0, 1) if contact.in_plane else (None,):
+        known.define(friction_force(contact.name, component).name, load)
     if contact.unilateral is None:
         known.define(normal_force(contact.name).name, load)
     known.define(slip_of(contact.name).name, slip)

@@ -56,7 +56,9 @@ class Built:
     structure: StructurePlan | None = None
 
 
-def build_scene(document: Document, motion: Motion | None = None, folder: Path | None = None) -> Built:
+def build_scene(
+    document: Document, motion: Motion | None = None, folder: Path | None = None, motions: Sequence[Motion] = ()
+) -> Built:
     """Return the scene of a document.
 
     Parameters
@@ -66,6 +68,8 @@ def build_scene(document: Document, motion: Motion | None = None, folder: Path |
         The ground motion.
     folder : Path, optional
         Of the scene file, relative to which matrices are found.
+    motions : sequence of Motion
+        The ground motions along x and y.
     """
     _check_names(document)
     plan = None
@@ -77,7 +81,7 @@ def build_scene(document: Document, motion: Motion | None = None, folder: Path |
     elif document.flutter is not None:
         raise SceneError("[flutter] is about structures; give scene.structure, or remove it")
     elif isinstance(document.scene, ReadyScene):
-        scene, specs = _from_library(document, document.scene, motion)
+        scene, specs = _from_library(document, document.scene, motion, motions)
     else:
         scene, specs = _from_equations(document, document.scene)
     if document.outputs:
@@ -110,7 +114,9 @@ def _check_names(document: Document) -> None:
             raise SceneError(f"{place}: {name} is taken ({'time' if name == TIME.name else 'a function'}); rename it")
 
 
-def _from_library(document: Document, section: ReadyScene, motion: Motion | None) -> tuple[Scene, tuple[LawSpec, ...]]:
+def _from_library(
+    document: Document, section: ReadyScene, motion: Motion | None, motions: Sequence[Motion]
+) -> tuple[Scene, tuple[LawSpec, ...]]:
     """Return a ready scene; `[values]` holds its numbers, `[scene]` its options, `[friction]` its law."""
     known = ready_scenes()
     if section.model not in known:
@@ -126,6 +132,10 @@ def _from_library(document: Document, section: ReadyScene, motion: Motion | None
         arguments["motion"] = motion
     elif "motion" in parameters:
         raise SceneError("scene.motion is missing; give a record's path, or a table: {kind = 'synthetic', seed = 1}")
+    if motions:
+        arguments["motions"] = tuple(motions)
+    elif "motions" in parameters:
+        raise SceneError("scene.motions is missing; give two, along x and y: paths of records, or tables with kind")
     law_values: dict[str, float] = {}
     for name, value in document.values.items():
         if name in arguments:
@@ -190,6 +200,12 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
         """Return an expression in which normal forces of contacts that open may stand."""
         return as_expr(given, place, names, pressing, (normal_force.__name__,))
 
+    def slipping(given: float | str | list[float | str], place: str) -> sp.Expr | tuple[sp.Expr, ...]:
+        """Return a slip, or the pair of a contact in the plane."""
+        if isinstance(given, list):
+            return tuple(moved(e, f"{place}[{k}]") for k, e in enumerate(given))
+        return moved(given, place)
+
     rows = [[as_expr(e, f"scene.mass[{i}][{j}]", names) for j, e in enumerate(r)] for i, r in enumerate(section.mass)]
     if len({len(row) for row in rows}) > 1:
         raise SceneError("scene.mass: the rows differ in length; write a square matrix")
@@ -208,9 +224,11 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
         _check_parts(friction, place)
         parts = {
             key: moved(getattr(friction, key), f"{place}.{key}")
-            for key in ("slip", "normal", "profile", "gap", "restitution")
+            for key in ("normal", "profile", "gap", "restitution")
             if getattr(friction, key) is not None
         }
+        if friction.slip is not None:
+            parts["slip"] = slipping(friction.slip, f"{place}.slip")
         if _opens(friction):
             parts["normal"] = Unilateral(parts.pop("gap"), parts.pop("restitution", sp.S.Zero))
             parts.setdefault("slip", None)
@@ -277,7 +295,8 @@ def _check_start(
     parts |= {f"scene.z_rate[{i}]": e for i, e in enumerate(system.z_rate)}
     parts |= {f"scene.mass[{i}]": e for i, e in enumerate(system.mass)}
     for c in contacts:
-        parts |= {f"{key} of contact {c.name!r}": getattr(c, key) for key in ("slip", "normal", "profile")}
+        parts |= {f"{key} of contact {c.name!r}": getattr(c, key) for key in ("normal", "profile")}
+        parts |= {f"slip of contact {c.name!r}" + f", component {k}" * c.in_plane: e for k, e in enumerate(c.slips)}
         if c.unilateral is not None:
             parts |= {f"{key} of contact {c.name!r}": getattr(c.unilateral, key) for key in ("gap", "restitution")}
         parts |= {f"coefficient of contact {c.name!r}": e for e in (c.law.stick, *c.law.breaks)}

@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ConfigDict
 
-from symfric.fields import Coefficient, Section, Term, Text, kind_of, number
+from symfric.fields import Coefficient, Section, Slip, Term, Text, kind_of, number
 from symfric.model.symbols import shorten
 
 
@@ -59,7 +59,7 @@ class OwnFriction(FrictionTable):
     name
         Name of the contact.
     slip
-        Relative velocity, linear in the velocities.
+        Relative velocity, linear in the velocities; a list of two is the slip vector of a contact in the plane.
     normal
         Normal load, in which ``normal_force("name")`` is that of a contact with a gap; not given beside a gap.
     profile
@@ -71,6 +71,7 @@ class OwnFriction(FrictionTable):
     """
 
     law: Text | None = None  # type: ignore[assignment]  # that of a stop
+    slip: Slip | None = None
     gap: Term | None = None
     restitution: Term | None = None
 

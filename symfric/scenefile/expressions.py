@@ -15,7 +15,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.fields import LARGEST
-from symfric.model.outputs import OF_CONTACTS, normal_force
+from symfric.model.outputs import OF_CONTACTS, friction_force, normal_force
 from symfric.model.symbols import nearest, shorten
 
 _NUMBER_BEFORE_WORD = re.compile(
@@ -332,12 +332,24 @@ class _Reader:
         if not self.contacts or name not in self.kinds:
             more = ", or of a contact with a gap" if name == normal_force.__name__ else ""
             self.refuse(f"{name}(...) is allowed in [outputs] only{more}")
-        contact = arguments[0].value if len(arguments) == 1 and isinstance(arguments[0], ast.Constant) else None
+        component = self.component(name, arguments)
+        contact = arguments[0].value if arguments and isinstance(arguments[0], ast.Constant) else None
         if not isinstance(contact, str):
             self.refuse(f'{name}(...) takes the name of a contact in quotes, as {name}("{self.contacts[0]}")')
         if contact not in self.contacts:
             self.refuse(f"no contact {shorten(contact, 30)!r}{nearest(contact, self.contacts)}")
-        return _Term(OF_CONTACTS[name](contact))
+        return _Term(OF_CONTACTS[name](contact) if component is None else friction_force(contact, component))
+
+    def component(self, name: str, arguments: list[ast.expr]) -> int | None:
+        """Return the component of a friction force in the plane, the second argument; None without one."""
+        if len(arguments) < 2:
+            return None
+        given = arguments[1].value if isinstance(arguments[1], ast.Constant) else None
+        if name != friction_force.__name__ or len(arguments) > 2:
+            self.refuse(f"{name}(...) takes the name of a contact alone")
+        if given not in (0, 1) or isinstance(given, bool | float):
+            self.refuse(f'{name}("...", k) takes the component k = 0 or 1 of a contact in the plane')
+        return 1 if given else 0
 
     def piecewise(self, arguments: list[ast.expr], depth: int) -> _Term:
         """Return ``piecewise((value, condition), ..., otherwise)``."""

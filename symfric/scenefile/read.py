@@ -275,7 +275,9 @@ def _scene_file(name: str, text: str, folder: Path | None) -> SceneFile:
     document = read_document(raw)
     ground = getattr(document.scene, "motion", None)
     motion = None if ground is None else read_motion(ground, "scene.motion", folder)
-    built = build_scene(document, motion, folder)
+    pair = getattr(document.scene, "motions", None) or []
+    motions = [read_motion(table, f"scene.motions[{i}]", folder) for i, table in enumerate(pair)]
+    built = build_scene(document, motion, folder, motions)
     scene, laws = built.scene, built.laws
     if None in scene.values.values():
         scene.numbers()  # raises, naming the value

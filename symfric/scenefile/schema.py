@@ -40,6 +40,8 @@ class ReadyScene(Section):
         Name of a ready scene, see ``symfric scenes``.
     motion
         Ground motion, for the models that take one: path of a record, or a table with ``kind``.
+    motions
+        Two of them, along x and along y, for the models that take both.
     initial
         Start values that differ from those of the model.
     """
@@ -49,6 +51,7 @@ class ReadyScene(Section):
 
     model: Text
     motion: Ground | None = None
+    motions: Annotated[list[Ground], Field(min_length=2, max_length=2)] | None = None
     initial: dict[str, Number] = Field(default_factory=dict)
 
 

@@ -131,6 +131,11 @@ class Derivatives:
             return table[:, 0], table[:, 1], self.total[k, 2]
         return self._of_range(k, row, table[:, 0], table[:, 1])
 
+    def ends(self, name: str) -> np.ndarray:
+        """Return the smallest and the largest value of the observable of an output."""
+        low_high: np.ndarray = self.total[self.columns.observables.row[name], :2]
+        return low_high
+
     @cached_property
     def void(self) -> tuple[str, ...]:
         """Outputs whose derivative does not exist in some direction."""

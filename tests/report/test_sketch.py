@@ -31,6 +31,10 @@ READY = {
     "rolling_isolator": lambda: sf.scenes.rolling_isolator(
         C=1.0, m=1.0, motion=sf.motions.sine_burst(1.0, 2.0), profile=(0.02, 0.3)
     ),
+    "block_on_incline": lambda: sf.scenes.block_on_incline(slope=0.2, mu=0.3, a=3.0, Omega=20.0),
+    "friction_pendulum": lambda: sf.scenes.friction_pendulum(
+        R=2.0, mu=0.06, m=1.0, motions=(sf.motions.sine_burst(1.0, 2.0), sf.motions.sine_burst(1.0, 3.0))
+    ),
     "positioning_stage": lambda: sf.scenes.positioning_stage(k_p=1.0, k_d=0.2, k_i=0.1, compensation=0.1),
     "absorber": lambda: sf.scenes.absorber(
         mass_ratio=0.1, tuning=0.9, damping=0.1, main_damping=0.02, friction=0.1, contact="absorber"

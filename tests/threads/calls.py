@@ -144,6 +144,12 @@ MODEL = {
     "scenes.rolling_isolator": lambda k: sf.scenes.rolling_isolator(
         C=1.0, m=10.0, motion=MOTION, profile=([-0.5, 0.0, 0.5], [0.02, 0.03 + 0.01 * k, 0.01])
     ).numbers(),
+    "scenes.block_on_incline": lambda k: (
+        sf.simulate(sf.scenes.block_on_incline(slope=0.2, mu=0.3, speed=1.0 + k)).final
+    ),
+    "scenes.friction_pendulum": lambda k: sf.scenes.friction_pendulum(
+        R=2.0 + k, mu=0.05, m=10.0, motions=(MOTION, MOTION)
+    ).numbers(),
     "scenes.sprung_foundation": lambda k: sf.scenes.sprung_foundation(
         mass_ratio=0.3, stiffness=0.2, damping=0.4 + 0.01 * k
     ).numbers(),

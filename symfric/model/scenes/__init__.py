@@ -16,18 +16,21 @@ from symfric.model.scenes.impacts import (
 )
 from symfric.model.scenes.isolator import rolling_isolator
 from symfric.model.scenes.oscillators import coulomb_oscillator
+from symfric.model.scenes.plane import block_on_incline, friction_pendulum
 from symfric.model.scenes.rocking import rocking_block
 from symfric.model.scenes.slides import drive_slide, drive_stop, two_slides
 from symfric.model.scenes.stage import positioning_stage
 
 __all__ = [
     "absorber",
+    "block_on_incline",
     "brake_pad",
     "cam_follower",
     "contact_damper",
     "coulomb_oscillator",
     "drive_slide",
     "drive_stop",
+    "friction_pendulum",
     "impact_oscillator",
     "mass_on_belt",
     "mass_with_stops",

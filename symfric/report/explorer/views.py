@@ -135,7 +135,7 @@ class Explorer:
         t = np.union1d(np.linspace(begin, run.t_final, SAMPLES), within[:: max(1, within.size // SAMPLES)])
         n = len(self.file.scene.system.q)
         velocity = self.file.scene.system.u[coordinate]
-        rubbing = [velocity in c.slip.free_symbols for c in self.file.scene.contacts]
+        rubbing = [any(w.has(velocity) for w in c.slips) for c in self.file.scene.contacts]
         t, states, held = motion_to_draw(run, t, rubbing)
         return View(t, states[coordinate], states[n + coordinate], held, speed, force, slow, run.advice)
 

@@ -12,6 +12,7 @@ from sympy.printing.mathml import MathMLPresentationPrinter
 
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.contact_states import coefficient
+from symfric.model.in_plane import along_lines
 from symfric.model.laws import Law
 from symfric.model.outputs import normal_force
 from symfric.model.scene import Scene
@@ -163,7 +164,7 @@ def equations_of_motion(scene: Scene) -> list[Markup]:
     lines.append(block([COMMA.join(same)], "velocities are the rates of the coordinates"))
     for i, force in enumerate(system.force):
         parts = [*_inertia(system.mass.row(i), rates), EQUALS]
-        pulls = [(_force_name(c), c.slip.diff(system.u[i])) for c in scene.contacts]
+        pulls = [(_force_name(line), line.slip.diff(system.u[i])) for c in scene.contacts for line in along_lines(c)]
         pulls += [(to_mathml(c.normal), c.unilateral.gap.diff(system.q[i])) for c in scene.contacts if c.unilateral]
         pulls = [(shown, slope) for shown, slope in pulls if not slope.is_zero]
         if not (force.is_zero and pulls):
@@ -238,6 +239,8 @@ def friction_of_contact(contact: Contact, law: Law, taken: Collection[str] = ())
     Of a law with memory, its friction; the rates of its states are among the equations of motion. The letters of the
     slip and of the sliding speed are none of those `taken` by the scene.
     """
+    if contact.in_plane:
+        return _friction_in_plane(contact, law, taken)
     load = contact.normal * contact.profile
     size = [] if load == 1 else [_in_brackets(load), DOT]
     name = _force_name(contact)
@@ -261,11 +264,40 @@ def friction_of_contact(contact: Contact, law: Law, taken: Collection[str] = ())
     sticking += [_words("while it sticks,"), w, EQUALS, Markup("<mn>0</mn>")]
     label = f"friction of contact {contact.name}"
     lines = [block(slipping, f"{label} while it slips"), block(sticking, f"{label} while it sticks")]
+    return [*lines, *_coefficient_of(law, {*taken, slip.name}, label)]
+
+
+def _coefficient_of(law: Law, taken: Collection[str], label: str) -> list[Markup]:
+    """Return the displayed coefficient of a law over the sliding speed; none if it is 1."""
     if law.kinetic == 1:
-        return lines
-    speed = next((sp.Symbol(n, positive=True) for n in SPEEDS if n not in {*taken, slip.name}), SPEED)
+        return []
+    speed = next((sp.Symbol(n, positive=True) for n in SPEEDS if n not in taken), SPEED)
     mu = [MU, OPEN, to_mathml(speed), CLOSE, EQUALS, to_mathml(_shortest(law.kinetic).xreplace({SPEED: speed}))]
-    return [*lines, block(mu, f"coefficient of {label}")]
+    return [block(mu, f"coefficient of {label}")]
+
+
+def _friction_in_plane(contact: Contact, law: Law, taken: Collection[str]) -> list[Markup]:
+    """Return the displayed friction of a contact in the plane: a vector against the slip vector, or in a disc."""
+    load = contact.normal * contact.profile
+    size = [] if load == 1 else [_in_brackets(load), DOT]
+    slip = next((sp.Symbol(n, real=True) for n in SLIPS if n not in taken), sp.Symbol("w", real=True))
+    s = Markup("<mi mathvariant='bold'>{}</mi>").format(slip.name)
+    length = Markup("<mrow>{}{}{}</mrow>").format(LEFT, s, RIGHT)
+
+    def pair(parts: Iterable[Markup]) -> Markup:
+        return Markup("<mrow>{}{}{}</mrow>").format(OPEN, Markup("<mo>,</mo>").join(parts), CLOSE)
+
+    force = pair(_force_name(line) for line in along_lines(contact))
+    slipping = [force, EQUALS, MINUS, *size]
+    slipping += [MU, OPEN, length, CLOSE, DOT] if law.kinetic != 1 else []
+    slipping += [Markup("<mfrac>{}{}</mfrac>").format(s, length), _words("while"), s, EQUALS]
+    slipping += [pair(map(to_mathml, contact.slips)), operator("≠"), Markup("<mn>0</mn><mtext>,</mtext>")]
+    sticking = [LEFT, force, RIGHT, operator("≤"), *(size[:-1] if law.stick == 1 else size)]
+    sticking += [to_mathml(law.stick)] if law.stick != 1 or not size else []
+    sticking += [_words("while it sticks,"), s, EQUALS, Markup("<mn>0</mn>")]
+    label = f"friction of contact {contact.name}"
+    lines = [block(slipping, f"{label} while it slips"), block(sticking, f"{label} while it sticks")]
+    return [*lines, *_coefficient_of(law, {*taken, slip.name}, label)]
 
 
 def _shortest(law: sp.Expr) -> sp.Expr:

@@ -7,6 +7,7 @@ from functools import partial
 import sympy as sp
 
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.in_plane import along_lines
 from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
 from symfric.model.system import Contact, System
@@ -143,7 +144,7 @@ def diagram_of(scene: Scene) -> Diagram | None:
     springs, dampers, loads = _taken_apart(system, driven)
     links = [*_links("stiffness", springs, absent), *_links("damping", dampers, absent), *_inertia(system)]
     surfaces = []
-    for contact in scene.contacts:
+    for contact in (line for c in scene.contacts for line in along_lines(c)):
         if contact.unilateral is not None:
             links.extend(_gap(contact, contact.unilateral.gap, system))
         if contact.frictionless:

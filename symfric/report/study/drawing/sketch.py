@@ -45,6 +45,8 @@ def picture(scene: Scene) -> Picture | None:
     if diagram is None:
         return None
     caption = "The system: bodies with their masses, springs, dampers, contacts and loads, drawn from the equations."
+    if any(c.in_plane for c in scene.contacts):
+        caption += " A contact in the plane is drawn once for each of its two directions, 0 and 1."
     return Picture(to_svg(plot_system(diagram)), in_words(diagram), caption)
 
 

@@ -137,7 +137,9 @@ def _curve(
     if motion is not None:
         states, parameters = scene.system.states, scene.parameters
         written = contact.slip.xreplace(scene.system.row_values())
-        slip = numeric_function((*states, *parameters), written) if not contact.slip.has(TIME) else None
+        if contact.in_plane:
+            written = sp.sqrt(sp.Add(*(w**2 for w in contact.slips)))
+        slip = numeric_function((*states, *parameters), written) if not written.has(TIME) else None
         if slip is not None:
             x = motion.x[: len(states)]
             reached.append(1.05 * float(np.max(np.abs(slip(*x, *scene.values.values())))))

@@ -28,6 +28,7 @@ from symfric.report.study.drawing.axes import (
 )
 from symfric.report.study.measurement import SampledMotion, contact_outputs, motion
 from symfric.report.study.section import Progress, Section, StudyResult, csv_text
+from symfric.report.study.sections.plane_path import path_picture, paths_in_plane
 from symfric.scenefile import SceneFile, belt_speeds
 from symfric.scenefile.units import output_unit
 from symfric.solve.plotting import acting
@@ -109,11 +110,12 @@ def pictures(motion: SampledMotion, file: SceneFile) -> list[Picture]:
     single = len(scene.contacts) == 1 and len(scene.system.q) == 1 and len(speeds) == 1
     drive = scene.values[speeds[0]] if single else None
     for q, u in pairs[:2]:
-        rubbing = [c.name for c in scene.contacts if not c.slip.diff(sp.Symbol(u, real=True)).is_zero]
+        rubbing = [c.name for c in scene.contacts if any(w.has(sp.Symbol(u, real=True)) for w in c.slips)]
         ax = plot_phase_portrait(motion, q, u, rubbing, file.units, drive)
         shown.append(
             Picture(to_svg(ax), f"Phase portrait: {u} against {q}, sticking marked", f"Velocity {u} against {q}.")
         )
+    shown += [path_picture(motion, path, file.units) for path in paths_in_plane(scene)]
     if held := [h.name for h in acting(scene)][:MOST_COORDINATES]:
         ax = plot_held(motion, held, file.units)
         shown.append(Picture(to_svg(ax), f"{', '.join(held)} against time, in steps", "Held variables."))

@@ -46,7 +46,8 @@ def _contact_in_words(contact: Contact) -> str:
     """Return name, slip, load or gap of a contact."""
     text = contact.name
     if not contact.frictionless:
-        text += f", slipping at {contact.slip}"
+        shown = ", ".join(map(str, contact.slips))
+        text += f", slipping at ({shown}) in the plane" if contact.in_plane else f", slipping at {shown}"
     if contact.unilateral is None:
         text += f" under the normal load {contact.normal}"
     else:
