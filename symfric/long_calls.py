@@ -17,7 +17,7 @@ from symfric.shown_progress import Surface, forget, opened
 P = ParamSpec("P")
 R = TypeVar("R")
 
-PATIENCE = 1.0  # time after which a call is shown, s
+PATIENCE = 2.0  # time after which a call is shown, s
 INTERVAL = 0.2  # between two looks at calls that are shown, s
 _log = logging.getLogger("symfric")
 _RUNS = ("run", "simulate")  # calls that are one run
@@ -129,7 +129,7 @@ if sys.platform != "win32":
 
 
 def show_progress(on: bool) -> None:
-    """Show what calls of over a second are at, or not; they do unless told otherwise.
+    """Show what calls of over two seconds are at, or not; they do unless told otherwise.
 
     On a terminal and in a notebook that is a bar, which disappears when the call ends. In scripts it is a line now and
     then: from the logger "symfric" if the script has set up logging, else on stderr. With the environment variable
@@ -149,7 +149,7 @@ def show_progress(on: bool) -> None:
 
 
 def logged(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a function so that what it is at is shown once it takes a second; see `show_progress`.
+    """Decorate a function so that what it is at is shown once it takes two seconds; see `show_progress`.
 
     Calls by the package itself are not shown: they are parts of a longer one.
     """

@@ -227,7 +227,7 @@ class OutputOfRange(OutputAfter):
     def _root(self) -> bool:
         return bool(self.expr.is_Pow and self.expr.exp == sp.S.Half)
 
-    def of_ends(self, low: Any, high: Any) -> Any:
+    def _of_ends(self, low: Any, high: Any) -> Any:
         """Return the output from the smallest and the largest value, or its derivative from theirs.
 
         Parameters
@@ -241,14 +241,14 @@ class OutputOfRange(OutputAfter):
         raise NotImplementedError
 
     def reduce(self, found: Any) -> Any:
-        return self.of_ends(*((np.maximum(e, 0.0) ** 0.5 for e in found) if self._root else found))
+        return self._of_ends(*((np.maximum(e, 0.0) ** 0.5 for e in found) if self._root else found))
 
     def slopes(self, derivatives: Any, name: str) -> Any:
         slopes = derivatives.of_row(name)
         if self._root:
             with np.errstate(divide="ignore", invalid="ignore"):
                 slopes = [d / (2.0 * e**0.5) for d, e in zip(slopes, derivatives.ends(name), strict=True)]
-        return self.of_ends(*slopes)
+        return self._of_ends(*slopes)
 
 
 @dataclass(frozen=True)
@@ -297,7 +297,7 @@ class Max(OutputOfRange):
 
     word: ClassVar[str] = "max"
 
-    def of_ends(self, low: Any, high: Any) -> Any:
+    def _of_ends(self, low: Any, high: Any) -> Any:
         return high
 
 
@@ -323,7 +323,7 @@ class Min(OutputOfRange):
 
     word: ClassVar[str] = "min"
 
-    def of_ends(self, low: Any, high: Any) -> Any:
+    def _of_ends(self, low: Any, high: Any) -> Any:
         return low
 
 
@@ -356,7 +356,7 @@ class HalfRange(OutputOfRange):
 
     word: ClassVar[str] = "half_range"
 
-    def of_ends(self, low: Any, high: Any) -> Any:
+    def _of_ends(self, low: Any, high: Any) -> Any:
         return 0.5 * (high - low)
 
 

@@ -215,7 +215,7 @@ def test_nothing_runs_in_the_explorer(browser, unit, tmp_path):
             time.sleep(1.0)  # MathJax would be loaded by now
             assert browser.execute_script("return window.struck") is None
             assert browser.execute_script("return document.querySelectorAll('img, b').length") == 0
-            assert browser.find_element("css selector", "h2").text.split() == EVIL.split()
+            assert browser.find_element("css selector", "h1").text.split() == EVIL.split()
             assert browser.title.split() == EVIL.split()
             assert unit in shown(browser)
             assert overflow(browser) <= 0

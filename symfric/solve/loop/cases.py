@@ -92,6 +92,8 @@ def share_out(
 ) -> CaseArrays:
     """Let threads do the work on shares of some cases; each yields now and then how many more are done."""
     n = len(arrays.status)
+    if n == 0:
+        return arrays
     share = Share(arrays, max(1, min(_BLOCK, n // (4 * threads))))
     if threads == 1 or n <= 1:
         done = 0

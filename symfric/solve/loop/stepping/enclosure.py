@@ -51,6 +51,8 @@ def _degree(node: Node, degree: dict[int, ca.SX], ranges: dict[int, Range]) -> c
     if node.op in (ca.OP_MUL, ca.OP_SQ):
         factors = (ca.if_else(_moderate(ranges[a]), ranges[a].spread > 0, degree[a]) for a in node.args)
         return (2 if node.op == ca.OP_SQ else 1) * sum(factors, ca.SX(0))
+    if node.op == ca.OP_IF_ELSE_ZERO:
+        return ca.if_else(ranges[node.args[0]].middle, degree[node.args[1]], 0)
     if node.op in ENTIRE and node.op not in (ca.OP_SIN, ca.OP_COS):
         return ca.mmax(ca.vertcat(1, *(degree[a] for a in node.args)))
     return ca.SX(1)
