@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from symfric.design.isolator.measures import MEASURES, Isolated
+from symfric.design.isolator.measures import Isolated
 from symfric.design.isolator.minimax import LEAST, MET, least
 from symfric.design.polish import ways
 from symfric.design.result import Curve, Design
@@ -76,8 +76,10 @@ def isolator(
     Parameters
     ----------
     scene : Scene
-        With one sampled input and the outputs of `symfric.scenes.rolling_isolator`, or others of the same names.
-    motions : sequence of Motion or Signal
+        With one sampled input and the outputs of `symfric.scenes.rolling_isolator`, or others of the same names; or
+        with two, those of `symfric.scenes.friction_pendulum`.
+    motions : sequence of Motion or Signal, or of pairs of these
+        One for each input.
     bounds : mapping of parameter to (float, float)
         Of what is chosen, such as ``{"C": (lo, hi), "mu": (lo, hi)}``; one to three parameters.
     limits : mapping of str to float
@@ -182,7 +184,7 @@ def _checked(problem: Isolated, parameters: dict[str, float], values: np.ndarray
     responses = []
     for scene in problem.scenes:
         run = prepare(scene.where(parameters), 1e-11, route="taylor").run()
-        responses.append([abs(run[MEASURES[m]]) if run.status == 0 else np.nan for m in problem.measures])
+        responses.append([problem.size(run, m) if run.status == 0 else np.nan for m in problem.measures])
     other = np.array(responses).T
     size = np.maximum(np.max(values, axis=1, keepdims=True), 1e-300)
     apart = float(np.max(np.abs(other - values) / size))

@@ -10,7 +10,7 @@ import numpy as np
 from symfric.errors import SceneError
 from symfric.model.outputs import At, Output, OutputOfExpression
 from symfric.model.scene import Scene
-from symfric.model.symbols import Key, finite, name_of, nearest
+from symfric.model.symbols import Key, finite, name_of, nearest, shortened
 from symfric.model.system import Signal
 from symfric.solve.protocol import Program
 from symfric.solve.routes import prepare
@@ -22,7 +22,7 @@ MEASURES = {
     "residual": "residual",
 }
 _GRID = 400  # number of points of the grid over the bounds
-_STEP = 1e-6  # finite-difference step where no derivative exists
+_STEP = 1e-6  # finite-difference step where no derivative exists, or where it takes long
 
 
 class Isolated:
@@ -48,7 +48,11 @@ class Isolated:
         self.minimise, self.over = minimise, over
         self.names, self.low, self.high = _bounds(scene, bounds)
         self.measures = tuple(dict.fromkeys((minimise, *limits, "acceleration", "displacement")))
-        self.scenes = _shaken(scene, motions, [MEASURES[name] for name in self.measures])
+        count = len(scene.inputs)
+        if count not in (1, 2):
+            raise SceneError(f"the scene has {count} sampled inputs; an isolator has one or two, the ground's motion")
+        self._outputs = {name: _outputs(scene, MEASURES[name]) for name in self.measures}
+        self.scenes = _shaken(scene, motions, [name for names in self._outputs.values() for name in names])
         self._programs = [prepare(s, 1e-10) for s in self.scenes]
         self._sensitive: list[Program | None] = [None] * len(self.scenes)
         self._known: dict[bytes, np.ndarray] = {}
@@ -75,7 +79,7 @@ class Isolated:
             rows = []
             for program in self._programs:
                 run = program.run(self.parameters(point))
-                rows.append([abs(run[MEASURES[m]]) if run.status == 0 else np.inf for m in self.measures])
+                rows.append([self.size(run, m) if run.status == 0 else np.inf for m in self.measures])
             self._known[key] = np.array(rows).T
         return self._known[key]
 
@@ -88,10 +92,15 @@ class Isolated:
             responses = []
             for program in self._programs:
                 batch = program.map(columns)
-                rows = [np.abs(batch[MEASURES[m]]) for m in self.measures]
+                rows = [self.size(batch, m) for m in self.measures]
                 responses.append(np.where(batch.status == 0, rows, np.inf))
             self._known |= dict(zip(new, np.array(responses).transpose(2, 1, 0), strict=True))
         return [self._known[p.tobytes()] for p in points]
+
+    def size(self, found: Any, measure: str) -> Any:
+        """Return the magnitude of a measure of a run or of many: of a vector its length."""
+        parts = [found[name] for name in self._outputs[measure]]
+        return np.hypot(*parts) if len(parts) == 2 else np.abs(parts[0])
 
     def slopes(self, point: np.ndarray, motion: int) -> np.ndarray:
         """Return the derivatives of the measures for one motion in the unit cube, shape (n_measures, n_parameters)."""
@@ -101,19 +110,24 @@ class Isolated:
         return self._slopes[key]
 
     def _slopes_at(self, point: np.ndarray, motion: int) -> np.ndarray:
+        slopes = np.full((len(self.measures), len(self.names)), np.nan)
+        if len(self.scenes[motion].inputs) == 1:  # exact ones of slips in the plane take far longer than differences
+            slopes = self._exact_slopes(point, motion)
+        for k in np.flatnonzero(~np.all(np.isfinite(slopes), axis=0)):  # nor does one exist after grazing
+            low, high = (np.clip(point + side * _STEP * np.eye(point.size)[k], 0.0, 1.0) for side in (-1, 1))
+            slopes[:, k] = (self.values(high) - self.values(low))[:, motion] / (high - low)[k]
+        return slopes
+
+    def _exact_slopes(self, point: np.ndarray, motion: int) -> np.ndarray:
         program = self._sensitive[motion] or prepare(self.scenes[motion], 1e-10, sensitivities=self.names)
         self._sensitive[motion] = program
         run = program.run(self.parameters(point))
         rows = []
         for measure in self.measures:
-            name = MEASURES[measure]
+            (name,) = self._outputs[measure]
             sign = 1.0 if run[name] >= 0 else -1.0
             rows.append([sign * run.output_sensitivities[name][n] for n in self.names])
-        slopes = np.array(rows) * (self.high - self.low)
-        for k in np.flatnonzero(~np.all(np.isfinite(slopes), axis=0)):  # no derivative exists after grazing
-            low, high = (np.clip(point + side * _STEP * np.eye(point.size)[k], 0.0, 1.0) for side in (-1, 1))
-            slopes[:, k] = (self.values(high) - self.values(low))[:, motion] / (high - low)[k]
-        return slopes
+        return np.array(rows) * (self.high - self.low)
 
     def cost(self, values: np.ndarray) -> float:
         """Return the objective."""
@@ -154,25 +168,43 @@ def _bounds(scene: Scene, bounds: Mapping[Key, tuple[float, float]]) -> tuple[tu
     return names, *np.array(ends).T
 
 
+def _outputs(scene: Scene, name: str) -> tuple[str, ...]:
+    """Return the output of a measure, or the two components of it."""
+    for names in ((name,), (f"{name}_x", f"{name}_y")):
+        if all(isinstance(scene.outputs.get(n), OutputOfExpression) for n in names):
+            return names
+    raise SceneError(f"the scene has no output {name}; sf.scenes.rolling_isolator has it")
+
+
 def _shaken(scene: Scene, motions: Sequence[Any], outputs: list[str]) -> list[Scene]:
-    """Return the scenes with each of the motions and the outputs to measure."""
-    if len(scene.inputs) != 1:
-        raise SceneError(f"the scene has {len(scene.inputs)} sampled inputs; an isolator has one, the ground's motion")
-    for name in outputs:
-        if not isinstance(scene.outputs.get(name), OutputOfExpression):
-            raise SceneError(f"the scene has no output {name}; sf.scenes.rolling_isolator has it")
+    """Return the scenes with each of the motions, or pairs of them, and the outputs to measure."""
     if not len(motions):
         raise SceneError("no motions; give at least one sf.motions.Motion or sf.Signal")
-    measured = scene.wanting({name: scene.outputs[name] for name in outputs})
-    (symbol, before), scenes = next(iter(scene.inputs.items())), []
+    measured, scenes = scene.wanting({name: scene.outputs[name] for name in outputs}), []
+    before = max(signal.t_end for signal in scene.inputs.values())
     for motion in motions:
-        signal = motion if isinstance(motion, Signal) else getattr(motion, "signal", lambda: None)()
-        if not isinstance(signal, Signal):
-            raise SceneError(f"{motion!r} is not a motion; give a sf.motions.Motion or a sf.Signal")
-        horizon = signal.t_end + (scene.horizon - before.t_end)
-        ends = {name: _moved(output, before.t_end, signal.t_end) for name, output in measured.outputs.items()}
-        scenes.append(replace(measured, outputs=ends, inputs={symbol: signal}, horizon=horizon))
+        signals = [_signal(part) for part in _parts(motion, len(scene.inputs))]
+        end = max(signal.t_end for signal in signals)
+        ends = {name: _moved(output, before, end) for name, output in measured.outputs.items()}
+        inputs = dict(zip(scene.inputs, signals, strict=True))
+        scenes.append(replace(measured, outputs=ends, inputs=inputs, horizon=end + (scene.horizon - before)))
     return scenes
+
+
+def _parts(motion: Any, count: int) -> Sequence[Any]:
+    """Return the motion along each direction."""
+    if count == 1:
+        return [motion]
+    if not isinstance(motion, Sequence) or len(motion) != 2:
+        raise SceneError(f"{shortened(motion)} is no pair; give two motions, along x and along y, for each record")
+    return motion
+
+
+def _signal(motion: Any) -> Signal:
+    signal = motion if isinstance(motion, Signal) else getattr(motion, "signal", lambda: None)()
+    if not isinstance(signal, Signal):
+        raise SceneError(f"{shortened(motion)} is not a motion; give a sf.motions.Motion or a sf.Signal")
+    return signal
 
 
 def _moved(output: Output, before: float, end: float) -> Output:

@@ -150,8 +150,9 @@ def friction_pendulum(
     x and y are displacements of the mass relative to the ground. Friction :math:`f` of the size :math:`\mu m g` opposes
     the slip vector: while the mass slides along x, little of it is left along y, so that the two directions alone miss
     what both do together. ``amplitude``, 1 unless changed by ``where``, multiplies both motions. Outputs:
-    `peak_displacement` and `peak_velocity` are the largest lengths of these vectors, `peak_acceleration_x` and
-    `peak_acceleration_y` those of the mass in space, `residual_x` and `residual_y` the displacement at the horizon.
+    `peak_displacement` and `peak_velocity` are the largest lengths of these vectors, `peak_acceleration` that of the
+    mass in space with its components `peak_acceleration_x` and `peak_acceleration_y`, `residual_x` and `residual_y` the
+    displacement at the horizon. `sf.design.isolator` takes the scene with pairs of motions.
 
     Examples
     --------
@@ -174,6 +175,7 @@ def friction_pendulum(
     outputs: dict[str, Output] = {
         "peak_displacement": Max(sp.sqrt(_X**2 + _Y**2)),
         "peak_velocity": Max(slip("bearing")),
+        "peak_acceleration": Max(sp.sqrt(pulls[0] ** 2 + pulls[1] ** 2)),
         "peak_acceleration_x": Max(sp.Abs(pulls[0])),
         "peak_acceleration_y": Max(sp.Abs(pulls[1])),
         "residual_x": At(_X),

@@ -30,7 +30,7 @@ from symfric.solve.loop.stepping.singular_start import keep_straight
 from symfric.solve.loop.workspace import LoopArrays
 
 LAST = 1e-12  # part of the natural time before a stop that is a straight line
-_PART = 0.01  # longest start, as part of the time left
+_PART, _WITHIN = 0.01, 0.9  # longest start, as part of the time left, and of that to the next sample
 # start with derivatives, as part of the scale of time of the series: times the fourth root of the tolerance; where the
 # slip begins with an acceleration, its first direction is forgotten slowly
 _SHORTER, _SHORTEST = 0.2, 1e-9
@@ -185,7 +185,7 @@ def _place(w: LoopArrays, i: int) -> int:
 def _length(w: LoopArrays, n_x: int, order: int) -> float:
     """Return how far the series of a start, of this order, is used."""
     longest = min(w.clock.t_end, w.inputs.times[w.counts.segment + 1]) - w.y[n_x]
-    time = _PART * longest
+    time = min(_PART * (w.clock.t_end - w.y[n_x]), _WITHIN * longest)
     for r in range(n_x // (1 + w.limits.varied)):
         last = abs(w.c[r, order])
         if last == 0.0:
