@@ -206,9 +206,10 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
             return expr
         reduced = expr.subs(zero)
         if TIME in reduced.free_symbols:
-            raise SceneError(
-                f"{what} depends on time; use sf.separate(scene) for the slow motion under fast excitation"
-            )
+            cure = "steady sliding needs a scene without excitation"
+            if not any(c.in_plane for c in scene.contacts):
+                cure = "use sf.separate(scene) for the slow motion under fast excitation"
+            raise SceneError(f"{what} depends on time; {cure}")
         return reduced
 
     for c in scene.contacts:

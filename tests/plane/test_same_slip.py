@@ -86,3 +86,8 @@ def test_a_warning_names_each_contact_once(caplog):
     told = [m for m in caplog.messages if "redundant" in m]
     assert len(told) == 1
     assert "slip of foot 1, foot 2 follows" in told[0]
+
+
+def test_advice_is_one_that_can_be_followed():
+    with pytest.raises(sf.SceneError, match="needs a scene without excitation"):
+        sf.stability(slab([contact("a", 1)]))
