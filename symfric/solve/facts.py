@@ -75,8 +75,11 @@ def facts_of(lowered: LoweredScene) -> Facts:
 
 
 def redundant(scene: Scene) -> tuple[str, ...]:
-    """Return the contacts that can stick and whose slip depends linearly on those of earlier ones, at the start."""
-    sticking = [c for c in scene.contacts if not c.law.smooth and c.along_line]
+    """Return the contacts that can stick and whose slip depends linearly on those of earlier ones, at the start.
+
+    Those that open are left out: most of the time few of them touch.
+    """
+    sticking = [c for c in scene.contacts if not c.law.smooth and c.along_line and c.unilateral is None]
     if len(sticking) < 2:
         return ()
     sticking = [c for c in sticking for _ in c.slips]

@@ -190,3 +190,8 @@ def test_a_block_that_falls_over_lies_on_its_side():
 def test_bad_numbers_are_one_line(make, said):
     with pytest.raises(sf.SceneError, match=said):
         make()
+
+
+def test_a_block_on_two_corners_is_no_redundancy_worth_a_warning(caplog):
+    sf.prepare(sf.scenes.rocking_block(R=1.03, alpha=0.25, theta0=0.1, horizon=1.0))
+    assert not caplog.messages
