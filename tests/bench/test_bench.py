@@ -86,6 +86,15 @@ def test_the_steady_response_of_a_joint_is_that_of_the_closed_form():
         assert np.max(np.abs(error)) < harmonics
 
 
+def test_in_the_plane_the_stop_is_that_of_the_closed_form_and_regularised_friction_creeps():
+    problem = named("P14")
+    known = np.array(problem.reference, dtype=float)
+    found = {name: peers()[name].prepare(problem, 1e-8)() for name in ("symfric", "scipy LSODA, plane")}
+    errors = {name: np.max(np.abs(np.array(answer.values) - known)) for name, answer in found.items()}
+    assert errors["symfric"] < 1e-9 < errors["scipy LSODA, plane"] < 1e-7
+    assert found["symfric"].events == problem.events
+
+
 def test_the_picture_and_the_numbers_are_written(result, folder):
     assert json.loads((folder / "bench.json").read_text()) == result
     assert (folder / "bench.png").read_bytes().startswith(b"\x89PNG")

@@ -13,6 +13,7 @@ import numpy as np
 from symfric.model import laws, scenes
 from symfric.model.outputs import End
 from symfric.model.scene import Scene
+from symfric.theory.plane import incline_stop
 from symfric_evidence.bench import larger
 from symfric_evidence.bench.forced import JointProblem
 from symfric_evidence.bench.friction_table import table_scene
@@ -264,6 +265,17 @@ def _on_table() -> Problem:
     )
 
 
+def _in_plane() -> Problem:
+    slope, mu, speed = math.radians(20), 1.5 * math.tan(math.radians(20)), 1.0
+    stop = incline_stop(slope, mu, speed)
+    scene = scenes.block_on_incline(slope=slope, mu=mu, speed=speed, direction=math.pi / 2, horizon=1.0)
+    rest = tuple(repr(e) for e in (stop.cross, stop.downslope, 0.0, 0.0))
+    source = "closed form, see symfric.theory.plane.incline_stop"
+    return Problem(
+        "P14", "block pushed across an incline, until it rests", scene.wanting({"end": End()}), rest, 1, source
+    )
+
+
 _MAKERS: dict[str, Callable[[], Problem]] = {
     "P1": _settling,
     "P2": lambda: _belt(
@@ -302,6 +314,7 @@ _MAKERS: dict[str, Callable[[], Problem]] = {
         "P12", "three coupled clutches", scene_of("coupled_clutches").wanting({"end": End()}), _CLUTCHES, 7
     ),
     "P13": _on_table,
+    "P14": _in_plane,
 }
 NAMES = tuple(_MAKERS)
 
@@ -315,7 +328,7 @@ def named(name: str) -> Problem:
     P1 and P2 have many sticks, P3 crosses without sticking, P4 is P2 made continuous: stiff, and 4e-4 away from it. P5
     is P2 at many speeds, some of which only graze. P6 to P9 are in `symfric_evidence.bench.larger`, P10 in
     `symfric_evidence.bench.forced`; P11 to P13 are friction examples of Modelica, see
-    `symfric_evidence.bench.published`.
+    `symfric_evidence.bench.published`. P14 slides in the plane.
     """
     return _MAKERS[name]()
 

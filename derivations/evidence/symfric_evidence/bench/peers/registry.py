@@ -22,6 +22,7 @@ from symfric_evidence.bench.peers import (
     heyoka_by_hand,
     heyoka_peer,
     pyharm_peer,
+    regularised_plane,
     scipy_peer,
     sundae_peer,
 )
@@ -180,7 +181,7 @@ def peers() -> dict[str, Peer]:
     """Return every solver by name, installed or not."""
     scipy, casadi = scipy_peer.WORKAROUNDS, casadi_peer.WORKAROUNDS
     every = [
-        Peer("symfric", _prepare_default, (*_ALL, "P10", *_MODELICA), _FINE, own=True),
+        Peer("symfric", _prepare_default, (*_ALL, "P10", *_MODELICA, "P14"), _FINE, own=True),
         Peer("symfric taylor", _prepare_series, ("P1", *_MANY), _FINE, own=True),
         Peer("symfric one by one", _one_by_one, ("P5",), _FINE, own=True),
         Peer("symfric integrators", _prepare_integrators, (*_STICKING, *_CONTINUOUS), _SLOW, own=True),
@@ -188,6 +189,7 @@ def peers() -> dict[str, Peer]:
         Peer("heyoka batch", _heyoka_together, ("P5",), _FINE, heyoka_batch.WORKAROUNDS, ("heyoka",)),
         Peer("scipy DOP853", scipy_peer.prepare_events, (*_STICKING, "P5", "P9"), _SLOW, scipy),
         Peer("scipy LSODA", scipy_peer.prepare_stiff, _CONTINUOUS, _SLOW),
+        Peer("scipy LSODA, plane", regularised_plane.prepare, ("P14",), _SLOW, regularised_plane.WORKAROUNDS),
         Peer("casadi erk", casadi_peer.prepare_interpreted, (*_STICKING, "P9"), _SLOW, casadi),
         Peer("casadi erk, C", casadi_peer.prepare_compiled, (*_STICKING, "P9"), _FINE, casadi, ("cc",)),
         Peer("casadi cvodes", casadi_peer.prepare_stiff, ("P4",), _SLOW),
