@@ -13,7 +13,8 @@ from symfric.model.planar import Body, Point, Touch, against_circle, against_lin
 from symfric.model.public_names import names_of
 from symfric.model.steps import with_steps
 from symfric.model.symbols import TIME, listed, mapped, scalar
-from symfric.model.system import System, refuse_jumps
+from symfric.model.system import System
+from symfric.model.typed_friction import refuse_jumps
 
 __all__ = ["Body", "Point", "Touch", "against_circle", "against_line", "lagrange"]
 

@@ -10,6 +10,7 @@ import sympy as sp
 from numpy.typing import ArrayLike
 
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.tree import parts_of
 
 NODES = 48  # quadrature nodes; exact to rounding for the integrands of an averaged law
 LARGEST = 1 << 20  # most array entries at once in nested quadrature
@@ -66,7 +67,7 @@ def _compiled(symbols: tuple[sp.Symbol, ...], entries: tuple[sp.Expr, ...]) -> C
         _collect(e, integrals)
     outer = [e.xreplace(integrals) for e in entries]
     modules = [_EDGES, "numpy"]
-    if any(not isinstance(f, _IN_NUMPY) for e in outer for f in e.atoms(sp.Function)):
+    if any(not isinstance(f, _IN_NUMPY) for e in outer for f in parts_of(e, sp.Function)):
         modules.append("scipy")  # slow to load
     plain = sp.lambdify((*symbols, *integrals.values()), outer, modules=modules, cse=True)
     sums = [_quadrature(symbols, integral) for integral in integrals]

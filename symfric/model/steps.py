@@ -15,6 +15,7 @@ from symfric.errors import SceneError
 from symfric.model.numeric import numeric_function
 from symfric.model.symbols import TIME
 from symfric.model.tables import Table
+from symfric.model.tree import parts_of
 
 STEPPED = (sp.Heaviside, sp.sign)
 _SEED = 19
@@ -46,10 +47,10 @@ def with_steps(expr: sp.Expr, what: str) -> sp.Expr:
     """
     if TIME not in expr.free_symbols:
         return expr
-    conditions = {c for p in expr.atoms(sp.Piecewise) for _, c in p.args for c in c.atoms(Relational)}
+    conditions = {c for p in parts_of(expr, sp.Piecewise) for _, c in p.args for c in parts_of(c, Relational)}
     phases = {c: _on_phase(c, what) for c in conditions if c.has(sp.Mod) and TIME in c.free_symbols}
     expr = expr.xreplace(phases) if phases else expr
-    found = sorted((e for e in expr.atoms(*STEPPED) if TIME in e.free_symbols), key=lambda e: e.count_ops())
+    found = sorted((e for e in parts_of(expr, *STEPPED) if TIME in e.free_symbols), key=lambda e: e.count_ops())
     for e in found:  # the inner ones first; what is left of an outer one is found by the call below
         low = sp.S.Zero if isinstance(e, sp.Heaviside) else sp.S.NegativeOne
         return with_steps(expr.xreplace({e: sp.Piecewise((low, e.args[0] < 0), (1, True))}), what)
@@ -77,10 +78,10 @@ def _on_phase(condition: Relational, what: str) -> Relational:
 
 
 def _refuse_others(expr: sp.Expr, what: str) -> None:
-    kick = next((e for e in expr.atoms(sp.DiracDelta) if TIME in e.free_symbols), None)
+    kick = next((e for e in parts_of(expr, sp.DiracDelta) if TIME in e.free_symbols), None)
     if kick is not None:
         raise SceneError(f"{what} contains {kick}, an impulse; give a force of finite length, such as a short pulse")
-    others = expr.atoms(sp.floor, sp.ceiling, sp.frac, sp.Mod)
+    others = parts_of(expr, sp.floor, sp.ceiling, sp.frac, sp.Mod)
     stairs = next((e for e in sorted(others, key=str) if TIME in e.free_symbols), None)
     if stairs is not None:
         raise SceneError(
@@ -102,8 +103,8 @@ def jumps_in_time(expr: sp.Expr) -> bool:
     """
     if TIME not in expr.free_symbols:
         return False
-    for piecewise in expr.atoms(sp.Piecewise):
-        relations = {r for _, c in piecewise.args for r in c.atoms(Relational) if TIME in r.free_symbols}
+    for piecewise in parts_of(expr, sp.Piecewise):
+        relations = {r for _, c in piecewise.args for r in parts_of(c, Relational) if TIME in r.free_symbols}
         for boundary in (r.lhs - r.rhs for r in relations):
             if not (boundary.is_polynomial(TIME) and sp.degree(boundary, TIME) <= 2):
                 return True

@@ -13,8 +13,10 @@ from symfric.model.outputs import OF_CONTACTS, Output, normal_force
 from symfric.model.resets import Reset
 from symfric.model.steps import check_lines, compare_across
 from symfric.model.symbols import TIME, nearest, refuse_speed, shorten
-from symfric.model.system import Contact, System, refuse_jumps
+from symfric.model.system import Contact, System
 from symfric.model.tables import table_of
+from symfric.model.tree import parts_of
+from symfric.model.typed_friction import refuse_jumps
 
 _WITHIN = 1e-12  # of the way gone over a run: a gap as negative counts as closed, since the end of a run may be a start
 
@@ -207,12 +209,12 @@ def check_continuous(expr: sp.Expr, numbers: dict[sp.Symbol, float], what: str, 
     branches are compared there for three random values of the others. Other boundaries are not checked if time is not
     in them. With a `place`, a boundary in time without it is taken for a step.
     """
-    for piecewise in expr.atoms(sp.Piecewise):
+    for piecewise in parts_of(expr, sp.Piecewise):
         known = piecewise.xreplace(numbers)  # may have no branches left
         table = table_of(known) if isinstance(known, sp.Piecewise) else None
         if table is not None and table.argument != TIME and check_lines(table, what):
             continue
-        relations = sorted({r for _, c in piecewise.args for r in c.atoms(sp.core.relational.Relational)}, key=str)
+        relations = sorted({r for _, c in piecewise.args for r in parts_of(c, sp.core.relational.Relational)}, key=str)
         for relation in relations:
             boundary = (relation.lhs - relation.rhs).xreplace(numbers)
             timed = TIME in boundary.free_symbols
