@@ -26,14 +26,13 @@ import casadi as ca
 from symfric.lower.constraint_forces import constraint_basis
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.lower.normal_forces import least_normal_forces
-from symfric.lower.unilateral import approach, eliminated
+from symfric.lower.unilateral import DEPENDENT, approach, eliminated
 from symfric.model.scene import Scene
 
 APART, STICKS, SLIPS, TURNS = range(4)  # what a contact does in an impact
 FIELDS = 4  # numbers for every contact: what it does, its direction, whether it bounces, whether it was closed
 _NEVER = 1e300
 _MET = 1e-9  # relative velocity up to which a dependent contact does what it should
-_DEPENDENT = 1e-12  # relative pivot below which a slip or a gap is held by those before it
 
 
 def impact_of(model: ContactDynamics) -> ca.Function | None:
@@ -47,7 +46,8 @@ def impact_of(model: ContactDynamics) -> ca.Function | None:
     Its results, by the names of the outputs: states after the impact; gap, and its scale of rounding; rate of the gap
     before it, and its scale; normal force of forces that do not cancel; W of the gap; rate of the gap after it; two
     margins; energy gained, and its scale; with J the slips of all contacts along a line, then the gaps,
-    ``J M^-1 J^T`` and ``M^-1 J^T``, column by column.
+    ``J M^-1 J^T`` and ``M^-1 J^T``, column by column; the coefficient of friction with which every contact that opens
+    slips, zero without friction.
     """
     if not model.openings:
         return None
@@ -106,7 +106,7 @@ def impact_of(model: ContactDynamics) -> ca.Function | None:
         A[n_f + k, n_f + k] += 1 - strikes
         plastic[n_f + k], bounce[n_f + k] = -strikes * a[k], strikes * target[k]
     before = ca.vertcat(w, a)
-    parts = eliminated(A, ca.horzcat(plastic, bounce), _DEPENDENT)
+    parts = eliminated(A, ca.horzcat(plastic, bounce), DEPENDENT)
     share = _largest_share(parts[:, 0], parts[:, 1], before, W)
     share = ca.if_else(ca.logic_and(energetic, ca.logic_not(alone)), share, 1)
     impulse = parts[:, 0] + share * parts[:, 1]
@@ -142,6 +142,7 @@ def impact_of(model: ContactDynamics) -> ca.Function | None:
     together = ca.vertcat(model.slopes, J)
     answers = model.solve(together.T)
     out += [ca.vec(together @ answers), ca.vec(answers)]
+    out += [ca.vertcat(*(mu[lines_of[k]] if k in lines_of else ca.SX(0) for k in range(n)))]
     moving = [e for s in model.springs for e in ca.vertsplit(s.variables)]
     out = ca.substitute([ca.densify(e) for e in out], moving, [ca.SX(0)] * len(moving))
     out = model.unswitched([ca.densify(e) for e in out])
@@ -159,6 +160,7 @@ def impact_of(model: ContactDynamics) -> ca.Function | None:
         "gain",
         "coupling",
         "spread",
+        "friction",
     ]
     arguments = [model.y, model.t, model.p, data]
     there = ca.Function("there", arguments, out, ["y", "t", "p", "data"], names)

@@ -13,6 +13,7 @@ import casadi as ca
 
 from symfric.lower.mode_layout import OtherContact
 
+DEPENDENT = 1e-12  # relative pivot below which a slip or a gap is held by those before it
 GUARDS = 2  # of a contact that opens: its gap, and its normal force
 
 

@@ -20,7 +20,9 @@ import sympy as sp
 
 from symfric.lower.automaton import Automaton, arguments_of
 from symfric.lower.constraint_forces import HOLDS, hold
+from symfric.lower.mode_layout import direction
 from symfric.lower.printer import Printer, Switches
+from symfric.lower.unilateral import DEPENDENT, eliminated
 from symfric.model.scene import Scene
 
 MANY = 24  # states of a motion beyond which derivatives are taken direction by direction
@@ -41,9 +43,9 @@ class Variations:
         event; those of its time, (n_s,); what it adds to those of the integrals of the rows followed, (n_f, n_s), row
         by row; the rate of every guard before the event and by how much (relative) its own time moves otherwise than
         tau; the derivatives of the slips before they are held, (n_c, n_s), row by row; how far (relative) a direction
-        moves the state off the edge of each switch at which a load jumps. If there are crossings, `given` is [1; tau]
-        where the derivatives of the time are those of an event before, which made a guard jump across zero, and zero
-        otherwise.
+        moves the state off zero of each gap, and off the edge of each switch at which a load jumps. If there are
+        crossings, `given` is [1; tau] where the derivatives of the time are those of an event before, which made a
+        guard jump across zero, and zero otherwise.
     start : casadi.Function
         ``p -> V(0)``, all columns.
     directions : tuple of str
@@ -66,7 +68,12 @@ class Variations:
 
 
 def varied(
-    automaton: Automaton, scene: Scene, directions: Sequence[str], followed: int, second: bool = False
+    automaton: Automaton,
+    scene: Scene,
+    directions: Sequence[str],
+    followed: int,
+    second: bool = False,
+    constrained: bool = False,
 ) -> Variations:
     """Append the variational equations of an automaton.
 
@@ -81,6 +88,9 @@ def varied(
         Number of observables with derivatives.
     second : bool
         Whether second derivatives are appended; they hold as long as no event occurs.
+    constrained : bool
+        Whether gaps that are closed at the start stay closed, as on an orbit, whatever the direction; else there are no
+        derivatives in a direction that opens one.
     """
     field, n_s = automaton.field, len(directions)
     y, t, p, m = arguments_of(field)
@@ -130,7 +140,7 @@ def varied(
             gauge=ca.Function("gauge", [state, t, p], list(gauge), ["y", "t", "p"], names_out),
             states=(*automaton.states, *(f"d{x}/d{s}" for s in [*directions, *pairs] for x in automaton.states)),
         ),
-        jump=_jump(automaton, y, V, W, t, p, along, flat, followed),
+        jump=_jump(automaton, y, V, W, t, p, along, flat, followed, constrained),
         start=starts_of(automaton, scene, directions, pairs),
         directions=tuple(directions),
         pairs=pairs,
@@ -148,6 +158,7 @@ def _jump(
     along: Callable[[ca.SX], ca.SX],
     flat: Callable[[ca.SX], ca.SX],
     followed: int,
+    constrained: bool,
 ) -> ca.Function:
     layout, n_c = automaton.layout, len(automaton.contacts)
     n_m, n_g = layout.n_mode, layout.n_guards
@@ -198,9 +209,15 @@ def _jump(
     n_w = W.shape[1]  # zero for columns without second derivatives
     tau = ca.vertcat(tau.T, ca.SX.zeros(n_w))
     jumps, slips = (ca.horzcat(e, ca.SX.zeros(e.shape[0], n_w)) for e in (jumps, slips))
-    edges = [layout.switch(j) for j in automaton.at_edges]
-    most = ca.fabs(ca.jacobian(guards[edges], y)) @ ca.fabs(V) if edges else ca.SX(0, V.shape[1])
-    off = [ca.mmax(ca.fabs(gain[g, :])) / (ca.mmax(most[k, :]) + 1e-300) for k, g in enumerate(edges)]
+    borders = guards[[layout.switch(j) for j in automaton.at_edges]]
+    if automaton.impact:
+        borders = ca.vertcat(_of_impact(automaton, "gap", y, t, p), borders)
+    off = []
+    if borders.numel():
+        away, most = ca.densify(along(borders)), ca.fabs(ca.jacobian(borders, y)) @ ca.fabs(V)
+        off = [ca.mmax(ca.fabs(away[k, :])) / (ca.mmax(most[k, :]) + 1e-300) for k in range(borders.numel())]
+    if constrained:
+        off[: len(layout.openings)] = [ca.SX(0)] * len(layout.openings)
     out = ca.vertcat(ca.vec(moved), ca.vec(W), tau, flat(jumps), slope, mismatch, flat(slips), *off)
     return ca.Function("jump", [state, data], [ca.densify(out)], {"cse": True})
 
@@ -217,6 +234,9 @@ def _held_after_impact(
 ) -> tuple[ca.SX, ca.SX]:
     """Return the derivatives of the slips after an event, and velocities that keep slips and gaps that are held.
 
+    Slips and rates of gaps that are moved off zero return to it in a time and a way as small as they are. Whatever the
+    bounces on this way, their impulses add up to those that make both zero, with the friction of contacts that slip.
+
     Parameters
     ----------
     automaton : Automaton
@@ -228,21 +248,35 @@ def _held_after_impact(
     along : callable
         The derivatives of an expression of y along V.
     """
-    assert automaton.impact is not None
     layout, n_u = automaton.layout, automaton.n_q
-    still = ca.SX.zeros(automaton.impact.numel_in(3))
     w = automaton.gauge(y, t, p)[0]
-    rates = automaton.impact(y, t, p, still)[automaton.impact.index_out("rate")]
-    rows = ca.vertcat(w, rates)
+    rows = ca.vertcat(w, _of_impact(automaton, "rate", y, t, p))
     slopes = ca.jacobian(rows, y)[:, n_u : 2 * n_u]
-    spread = ca.reshape(automaton.impact(y, t, p, still)[automaton.impact.index_out("spread")], n_u, rows.numel())
-    local = ca.Function("held", [y, V, t, p], [ca.densify(along(rows)), slopes, spread])
-    gained, J, back = local(*arrived[:1], arrived[1], t, p)
-    closed = [1 - after[place] for place in layout.openings]
-    held = ca.vertcat(after[: w.numel()] == HOLDS, *closed)
+    spread = ca.reshape(_of_impact(automaton, "spread", y, t, p), n_u, rows.numel())
+    friction = _of_impact(automaton, "friction", y, t, p)
+    local = ca.Function("held", [y, V, t, p], [ca.densify(along(rows)), slopes, spread, friction])
+    gained, J, back, mu = local(*arrived[:1], arrived[1], t, p)
+    sticks = [after[i] == HOLDS for i in range(w.numel())]  # a comparison of no numbers would be one number
+    held = ca.vertcat(*sticks, *(1 - after[place] for place in layout.openings))
+    coupled = ca.densify(back)  # with the friction of what slips
+    for k, i in enumerate(layout.lines_of_openings):
+        if i >= 0:
+            slips = ca.logic_not(after[i])
+            coupled[:, w.numel() + k] -= slips * after[direction(i, w.numel())] * mu[k] * back[:, i]
+    active = ca.diag(held)
+    impulses = eliminated(active @ J @ coupled @ active + ca.diag(1 - held), -active @ gained, DEPENDENT)
+    added = coupled @ active @ impulses
+    gained += J @ added
     rest = ca.SX.zeros(n_u)
     found = [hold(J, back, rest, gained[:, k], held, tested=True)[1] for k in range(V.shape[1])]
-    return gained[: w.numel(), :], ca.horzcat(*found) if found else ca.SX(n_u, 0)
+    return gained[: w.numel(), :], added + ca.horzcat(*found) if found else ca.SX(n_u, 0)
+
+
+def _of_impact(automaton: Automaton, what: str, y: ca.SX, t: ca.SX, p: ca.SX) -> ca.SX:
+    """Return an output of the impact in which no contact takes part."""
+    assert automaton.impact is not None
+    still = ca.SX.zeros(automaton.impact.numel_in(3))
+    return automaton.impact(y, t, p, still)[automaton.impact.index_out(what)]
 
 
 def starts_of(

@@ -141,7 +141,7 @@ class DirectedRuns:
         self._automaton, self._parameters, self._ends = automaton, parameters, EndStates(automaton)
         self._slots = n_x if n_x <= MANY else _SLOTS
         directions = (*automaton.states[: self._slots], *parameters)  # the states' columns start with what a run needs
-        variations = varied(automaton, scene, directions, automaton.layout.n_gaps)
+        variations = varied(automaton, scene, directions, automaton.layout.n_gaps, constrained=True)
         observables = _observables(automaton, scene)
         self._model, _ = model_with_derivatives(scene, variations, observables, tolerance, BUDGETS)
         self._starts = [self._columns(k) for k in range(0, n_x, self._slots)]
@@ -240,6 +240,8 @@ def _passage_of(
 ) -> Passage:
     """Return the passage of a run."""
     n_x, n_g = len(automaton.states), automaton.layout.n_gaps
+    if doubtful and not np.any(by[0]):  # they grew beyond all bounds, and were given up
+        by = [np.full_like(e, np.nan) for e in by]
     low, high = w.observed.total[n_g : n_g + n_x, 0].copy(), w.observed.total[n_g : n_g + n_x, 1].copy()
     events = tuple(zip(log[0].tolist(), *log[1].T.tolist(), strict=True))
     return Passage(

@@ -54,8 +54,8 @@ ADVICE = {
     Status.INTEGRATOR: "the integrator failed, or slips of contacts are so nearly equal that its error decides which "
     "one sticks; loosen the tolerance or use route='taylor'",
     Status.NO_DERIVATIVE: "the motion is correct to the end, but not differentiable: it grazes, two events coincide in "
-    "time, it starts on the edge of sticking, or a law has an infinite slope at rest (square_root); move the parameter "
-    "or the start, or compare runs on both sides",
+    "time, it starts on the edge of sticking or on a contact that the derivative opens, or a law has an infinite slope "
+    "at rest (square_root); move the parameter or the start, or compare runs on both sides",
     Status.QUEUE_FULL: "more values of a held variable are on their way than it has places for, or its delay is "
     "negative; give it more places, sf.Held(..., waiting=...)",
     Status.PAINLEVE: "the forces of contacts that open have no solution or several here (the paradox of Painleve): "

@@ -21,7 +21,7 @@ from symfric.solve.loop.codes import (
 from symfric.solve.loop.events.crossings import cross
 from symfric.solve.loop.events.first_event import first_event
 from symfric.solve.loop.events.impacts import jams, log_openings
-from symfric.solve.loop.events.saltation import jump, remember
+from symfric.solve.loop.events.saltation import give_up_derivatives, has_derivatives, jump, remember
 from symfric.solve.loop.events.time_steps import mark_steps
 from symfric.solve.loop.events.transitions import transit
 from symfric.solve.loop.modes.layout import mode
@@ -34,7 +34,7 @@ from symfric.solve.loop.recording.trajectory import store_event, store_step
 from symfric.solve.loop.run_rules import begin_counting, begin_values, budget, pause
 from symfric.solve.loop.stepping.calls import expand, prelude
 from symfric.solve.loop.stepping.release_in_plane import comes_to_rest, leave_rest
-from symfric.solve.loop.stepping.singular_start import arrives, start_singular
+from symfric.solve.loop.stepping.singular_start import arrives, start_singular, within_rounding
 from symfric.solve.loop.stepping.step_acceptance import proven, reach, try_end
 from symfric.solve.loop.stepping.step_size import step_rule, step_size, truncated_size, weighted_rule, weighted_size
 from symfric.solve.loop.workspace import LoopArrays
@@ -113,7 +113,7 @@ def drive(w: LoopArrays) -> int:
         h = step_size(w, n_x, rule)
         if w.limits.planes and not h > 0.0:
             h = truncated_size(w, n_x)
-        if not h > 0.0:
+        if not h > 0.0 or (w.counts.stall > 0 and within_rounding(w, n_x, n_c, h)):
             status = start_singular(w, n_x, n_c)
             if status != OK:
                 return status
@@ -146,9 +146,11 @@ def drive(w: LoopArrays) -> int:
             continue
         if tau > 0.0:
             _advance(w, n_x, n_c, tau)
-        for i in range(n_x):
+        for i in range(n_x // (1 + w.limits.varied)):
             if not abs(w.y[i]) < np.inf:
                 return NOT_FINITE
+        if w.limits.varied and not has_derivatives(w, n_x):
+            give_up_derivatives(w, n_x)
         if w.clock.rest >= 0.0 and drifts(w.y, w.scale, w.limits.n_q, w.clock.t_end, w.clock.tolerance):
             w.clock.rest = np.nan
         if last:

@@ -69,6 +69,13 @@ def _field(w: LoopArrays, field: int, k: int) -> int:
 
 
 @compiled(inline=True)
+def forget_closed(w: LoopArrays, first: int) -> None:
+    """Let no gap be zero in a copy of the data: at the start derivatives may move the rate of a closed one."""
+    for k in range(w.openings.variable.size):
+        w.saltation.before[first + _field(w, 3, k) - w.p.size] = 0.0
+
+
+@compiled(inline=True)
 def _rules(w: LoopArrays) -> int:
     """Return the place of the two flags of the rule behind the numbers of every contact."""
     return w.p.size + FIELDS * w.openings.variable.size

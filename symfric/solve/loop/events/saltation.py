@@ -16,6 +16,7 @@ from symfric.model.rows import INTEGRAL, RANGE
 from symfric.solve.loop.arithmetic import value
 from symfric.solve.loop.codes import JUMP
 from symfric.solve.loop.events.crossings import jumped_across
+from symfric.solve.loop.events.impacts import forget_closed
 from symfric.solve.loop.events.polynomials import roots
 from symfric.solve.loop.modes.layout import (
     backward,
@@ -32,6 +33,7 @@ from symfric.solve.loop.precision import TIE
 from symfric.solve.loop.workspace import LoopArrays
 
 APART = 1e-6  # relative difference of event times up to which events count as simultaneous
+_LARGEST = 1e150  # derivative whose square is still a number
 _START = 1e-3  # part of a step that counts as its start
 
 
@@ -78,6 +80,8 @@ def jump(w: LoopArrays, n_x: int, n_c: int, starting: bool) -> None:
     struck = w.saltation.before.size - n_k
     for k in range(n_k):
         w.saltation.before[struck + k] = w.impacts.asked[w.p.size + k]
+    if starting:
+        forget_closed(w, struck)
     state = w.saltation.left.ctypes.data if w.saltation.left.size else w.y.ctypes.data
     call_code(w.code[JUMP], state, w.saltation.before.ctypes.data, w.saltation.after.ctypes.data)
     shifted = n_s * n_y
@@ -86,13 +90,16 @@ def jump(w: LoopArrays, n_x: int, n_c: int, starting: bool) -> None:
     slips = slopes + 2 * n_g
     if starting:
         _doubt_start(w, n_c, n_s, slips)
+        _doubt_touches(w, slips + n_c * n_s)
     else:
         _doubt(w, n_x, n_c, slopes)
-    void = np.nan if w.counts.doubts else 1.0
-    if w.limits.edges:
-        _doubt_edges(w, n_c, slips + n_c * n_s)
     for k in range(n_s * n_y):
         w.y[n_y + k] = w.saltation.after[k]
+    if not has_derivatives(w, n_x):
+        give_up_derivatives(w, n_x)
+    void = np.nan if w.counts.doubts else 1.0
+    if w.limits.edges:
+        _doubt_edges(w, n_c, slips + n_c * n_s + w.openings.variable.size)
     for s in range(n_s):
         w.saltation.tau[s] = w.saltation.after[shifted + s]
     for e in range(n_f):
@@ -105,6 +112,23 @@ def jump(w: LoopArrays, n_x: int, n_c: int, starting: bool) -> None:
                 for side in range(2):
                     if w.saltation.rise[e, side] != 0.0:
                         w.observed.total[f, side] += w.saltation.rise[e, side] * w.saltation.tau[s] * void
+
+
+@compiled
+def has_derivatives(w: LoopArrays, n_x: int) -> bool:
+    """Whether all derivatives are numbers, small enough to go on with."""
+    lost = 0
+    for k in range(n_x // (1 + w.limits.varied), n_x):
+        lost += not abs(w.y[k]) < _LARGEST
+    return lost == 0
+
+
+@compiled
+def give_up_derivatives(w: LoopArrays, n_x: int) -> None:
+    """Let the motion go on without derivatives, which are zero from here on, and marked as unknown."""
+    for k in range(n_x // (1 + w.limits.varied), n_x):
+        w.y[k], w.scale[k] = 0.0, 0.0
+    w.counts.doubts += 1
 
 
 @compiled
@@ -159,6 +183,14 @@ def _doubt_start(w: LoopArrays, n_c: int, n_s: int, slips: int) -> None:
         if w.selection.zero[i] and w.m[i] < 0.5:
             for s in range(n_s):
                 w.counts.doubts += w.saltation.after[slips + i * n_s + s] != 0.0
+
+
+@compiled
+def _doubt_touches(w: LoopArrays, off: int) -> None:
+    """Count contacts that are closed at the start, or strike there, and that a direction of differentiation opens."""
+    for k in range(w.openings.variable.size):
+        touches = w.m[w.openings.variable[k]] < 0.5 or w.impacts.struck[k]
+        w.counts.doubts += touches and w.saltation.after[off + k] > APART
 
 
 @compiled

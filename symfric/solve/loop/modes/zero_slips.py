@@ -48,12 +48,20 @@ def try_sticking(w: LoopArrays, n_x: int, n_c: int) -> None:
         measure(w, w.y, w.gauge)
         _find_zeros(w, n_c)
     for i in range(n_c):
-        first = w.contacts.parallel[i]
-        if w.m[i] != 0.0 and w.contacts.anchor[i] >= 0 and (first == i or w.m[first] == 0.0):
+        if w.m[i] != 0.0 and w.contacts.anchor[i] >= 0 and not _is_stopped(w, i):
             w.y[w.contacts.anchor[i]] -= w.gauge[SLIP, i] / w.contacts.factor[i]
     if w.planes.rests.size > 1:  # then the slips of others on the same bodies are zero too
         measure(w, w.y, w.gauge)
         _find_zeros_in_plane(w)
+
+
+@compiled(inline=True)
+def _is_stopped(w: LoopArrays, i: int) -> bool:
+    """Whether the velocity in the slip of contact i is that of one before it, which sticks."""
+    others = 0
+    for j in range(i):
+        others += w.m[j] != 0.0 and w.contacts.anchor[j] == w.contacts.anchor[i]
+    return others > 0
 
 
 @compiled(inline=True)

@@ -11,18 +11,30 @@ overflow: the rest is a straight line.
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.codes import EXPAND, NOT_FINITE, OK, PULL, SETTLE, TERMS
+from symfric.solve.loop.codes import EXPAND, NOT_FINITE, OK, PULL, SETTLE, SLIP, TERMS
 from symfric.solve.loop.modes.layout import backward, way
 from symfric.solve.loop.modes.tolerances import natural_time
 from symfric.solve.loop.precision import ROUNDING, TIE
 from symfric.solve.loop.recording.trajectory import store_step
-from symfric.solve.loop.stepping.calls import expand
+from symfric.solve.loop.stepping.calls import expand, measure
 from symfric.solve.loop.workspace import LoopArrays
 
 # length of the step relative to the natural time: rounding of the slip and truncation are both about 1e-11
 FRACTION = 1e-6
 ARRIVAL = 1e-9  # longest straight step to a singular rest, likewise: the rate changes by its square root at most
 NEGLIGIBLE = 1e-9  # displacement by a curvature in that time, relative to a state's range, that is negligible
+
+
+@compiled
+def within_rounding(w: LoopArrays, n_x: int, n_c: int, h: float) -> bool:
+    """Whether a step leaves a slip that begins within its rounding error, whose chance decides on the series there."""
+    within = 0
+    for i in range(n_c):
+        row = n_x + backward(i)
+        if w.m[i] < 0.5 and w.guards.fresh[backward(i)] and w.contacts.partner[i] < 0:
+            reach = abs(w.c[row, 0]) + h * (abs(w.c[row, 1]) + h * abs(w.c[row, 2]))
+            within += reach <= ROUNDING * w.gauge[TERMS, i]
+    return within > 0
 
 
 @compiled
@@ -41,6 +53,8 @@ def start_singular(w: LoopArrays, n_x: int, n_c: int) -> int:
         return OK
     if w.counts.stall > 20 or (w.counts.stall == 1 and not begins):
         return NOT_FINITE
+    if begins:
+        _turn_slips(w, n_c)
     for r in range(n_x):
         w.step.base[0, r] = w.y[r]
         if abs(w.c[r, 1]) < np.inf:
@@ -52,14 +66,14 @@ def start_singular(w: LoopArrays, n_x: int, n_c: int) -> int:
             return NOT_FINITE
     which, weight, time = -1, 2.0 / 3.0, natural_time(w)
     for i in range(n_c):
-        if w.m[i] < 0.5 and w.guards.fresh[backward(i)] and w.contacts.anchor[i] >= 0 and w.gauge[PULL, i] > 0.0:
+        if w.m[i] < 0.5 and w.guards.fresh[backward(i)] and w.gauge[PULL, i] > 0.0:
             which = i
             size, rate = max(w.gauge[TERMS, i], w.span[TERMS, i]), abs(w.c[n_x + backward(i), 1])
             pull = max(w.gauge[PULL, i], rate)
             time = size / pull if size > 0.0 else time
             if rate <= TIE * w.gauge[PULL, i]:
                 weight = 0.5
-    h = min(FRACTION * time, w.clock.t_end - w.y[n_x])
+    h = min(FRACTION * time, w.clock.t_end - w.y[n_x], 0.5 * _next_stop(w, n_x, n_c))
     for r in range(n_x):  # a branch that is singular too has a large curvature
         if not h * h * abs(w.step.base[2, r]) < NEGLIGIBLE * max(w.scale[r], h * abs(w.step.base[1, r])):
             w.step.base[2, r] = 0.0
@@ -76,6 +90,33 @@ def start_singular(w: LoopArrays, n_x: int, n_c: int) -> int:
         w.guards.fresh[g] = 0
     w.counts.phase = EXPAND
     return status
+
+
+@compiled
+def _turn_slips(w: LoopArrays, n_c: int) -> None:
+    """Move slips of contacts that begin to slip, whose rounding lies on the other side, to their side of zero."""
+    moved = False
+    for i in range(n_c):
+        measure(w, w.y, w.gauge)
+        little = ROUNDING * w.gauge[TERMS, i]
+        if w.m[i] < 0.5 and w.guards.fresh[backward(i)] and -little <= way(w, i) * w.gauge[SLIP, i] < 0.0:
+            k, slope = _moved_most(w, i)
+            w.y[k] += way(w, i) * little / slope
+            moved = True
+    if moved:
+        measure(w, w.y, w.gauge)
+        expand(w)
+
+
+@compiled
+def _next_stop(w: LoopArrays, n_x: int, n_c: int) -> float:
+    """Return the time after which the slip of another contact falls to zero, at its present rate."""
+    soonest = np.inf
+    for i in range(n_c):
+        slip, rate = w.c[n_x + backward(i), 0], w.c[n_x + backward(i), 1]
+        if w.m[i] < 0.5 and not w.guards.fresh[backward(i)] and slip > 0.0 and slip < -rate * soonest:
+            soonest = slip / -rate
+    return soonest
 
 
 @compiled(inline=True)
@@ -141,21 +182,43 @@ def keep_straight(w: LoopArrays, n_x: int, n_c: int, h: float) -> None:
 
 @compiled
 def _balance(w: LoopArrays, n_x: int, i: int, weight: float, h: float) -> None:
-    """Bisect for the slip of contact i at the end of the step that is consistent with the rates at both ends."""
-    high = 2.0 * h * (w.gauge[PULL, i] + abs(w.step.base[1, w.contacts.anchor[i]] * w.contacts.factor[i]))
+    """Bisect for the slip of contact i at the end of the step that is consistent with the rates at both ends.
+
+    The equations depend on the other states smoothly, so that the slip may be that of a change of one velocity.
+    """
+    for r in range(n_x):
+        w.y[r] = w.step.base[0, r] + h * w.step.base[1, r]
+    k, slope = _moved_most(w, i)
+    measure(w, w.y, w.gauge)
+    straight, side, first = w.gauge[SLIP, i], float(way(w, i)), w.y[k]
+    high = 2.0 * (h * w.gauge[PULL, i] + abs(straight))
     low = 1e-12 * high
-    k, side = w.contacts.anchor[i], way(w, i) / w.contacts.factor[i]
     for _ in range(80):
         slip = np.sqrt(low * high) if low > 0.0 else 0.5 * high
-        for r in range(n_x):
-            w.y[r] = w.step.base[0, r] + h * w.step.base[1, r]
-        w.y[k] = w.step.base[0, k] + side * slip
+        w.y[k] = first + (side * slip - straight) / slope
         expand(w)
-        gain = h * ((1.0 - weight) * w.step.base[1, k] + weight * w.c[k, 1]) / side
+        gain = (1.0 - weight) * side * straight + weight * h * w.c[n_x + backward(i), 1]
         if gain > slip:
             low = slip
         else:
             high = slip
+
+
+@compiled
+def _moved_most(w: LoopArrays, i: int) -> tuple[int, float]:
+    """Return the velocity that the slip of contact i depends on most, and its slope."""
+    place, slope = w.limits.n_q, 0.0
+    measure(w, w.y, w.gauge)
+    before = w.gauge[SLIP, i]
+    for k in range(w.limits.n_q, 2 * w.limits.n_q):
+        velocity = w.y[k]
+        step = 1.0 + abs(velocity)
+        w.y[k] = velocity + step
+        measure(w, w.y, w.gauge)
+        w.y[k] = velocity
+        if abs(w.gauge[SLIP, i] - before) > abs(slope) * step:
+            place, slope = k, (w.gauge[SLIP, i] - before) / step
+    return place, slope
 
 
 @compiled
