@@ -37,6 +37,13 @@ def _slip(value: object) -> float | str | list[float | str]:
     return [_term(v) for v in value]
 
 
+def _factors(value: object) -> list[float | str]:
+    """Return the factors of friction along both slips of a contact in the plane."""
+    if not isinstance(value, list) or len(value) != 2:
+        raise ValueError(f"is {shorten(repr(value), 30)}; write two factors, along the first and the second slip")
+    return [_term(v) for v in value]
+
+
 def _coefficient(value: object) -> float | str | list[float | str]:
     """Return a coefficient of a friction law: a number, an expression, or a list of them."""
     return [_term(v) for v in value] if isinstance(value, list) else _term(value)
@@ -101,6 +108,7 @@ Number = Annotated[float, BeforeValidator(number)]
 Positive = Annotated[float, BeforeValidator(number), Field(gt=0)]
 Term = Annotated[float | str, BeforeValidator(_term)]
 Slip = Annotated[Any, BeforeValidator(_slip)]
+Factors = Annotated[Any, BeforeValidator(_factors)]
 Coefficient = Annotated[Any, BeforeValidator(_coefficient)]
 Option = Annotated[Any, BeforeValidator(_option)]
 Text = Annotated[str, Field(max_length=10_000), BeforeValidator(text)]

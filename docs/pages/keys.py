@@ -24,6 +24,7 @@ WORDS = {  # annotated types: what one writes
     fields.Term: "number or expression",
     fields.Slip: "number, expression, or list of two expressions",
     fields.Coefficient: "number, expression or list",
+    fields.Factors: "list of two numbers or expressions",
     fields.Option: "number, text, true or false, list",
     fields.Text: "text",
     fields.Unit: "text",

@@ -100,8 +100,8 @@ class DesignPlan(ABC):
     function : callable ``(scene, **arguments) -> Design or Profile``
     heading, caption : str
         Heading of the section of the page, and caption of the picture that the design draws.
-    model : str or None
-        Ready scene that the design takes, None for others too.
+    models : tuple of str
+        Ready scenes that the design takes; none if it takes any scene.
     excites : bool
         Whether the design shakes the scene, so that motions without and with it are shown.
     """
@@ -112,7 +112,7 @@ class DesignPlan(ABC):
     function: ClassVar[Callable[..., Designed]]
     heading: ClassVar[str]
     caption: ClassVar[str] = "What limits the design; dashed: the level at which it does."
-    model: ClassVar[str | None] = None
+    models: ClassVar[tuple[str, ...]] = ()
     excites: ClassVar[bool] = False
 
     @property

@@ -208,10 +208,11 @@ def observed(model: ContactDynamics, friction: ca.SX, rows: Sequence[sp.Expr]) -
     for i, c in enumerate(contacts):
         if i in planes:
             plane = planes[i]
-            model.define(friction_force(c.name, 0), friction[i])
-            model.define(friction_force(c.name, 1), friction[i + 1])
+            force = friction[plane.rows] if plane.factors is None else friction[plane.rows] * plane.factors
+            model.define(friction_force(c.name, 0), force[0])
+            model.define(friction_force(c.name, 1), force[1])
             model.define(normal_force(c.name), model.read(c.normal))
-            model.define(slip(c.name), ca.if_else(plane.flag > 0.5, 0, plane.speed))
+            model.define(slip(c.name), ca.if_else(plane.flag > 0.5, 0, plane.slip_speed))
             model.define(stored_energy(c.name), ca.SX(0))
             model.define(dissipated_power(c.name), -ca.dot(friction[plane.rows], plane.w))
         if i in planes or i - 1 in planes:

@@ -132,7 +132,8 @@ class ContactDynamics:
                 frictions.append(-loads[i] * self._remembered(c, slips[i], self.d[i], c.law.memory.force))
             elif c.across is not None:
                 pair = ca.vertcat(slips[i], self.read(c.across))
-                self.planes.append(Plane(c.name, i, pair, self.s[i], self.t))
+                factors = None if c.ellipse is None else ca.vertcat(*map(self.read, c.ellipse))
+                self.planes.append(Plane(c.name, i, pair, self.s[i], self.t, factors))
                 frictions.append(self._in_plane(self.planes[-1], loads[i], 0))
             elif self.planes and self.planes[-1].row == i - 1:
                 frictions.append(self._in_plane(self.planes[-1], loads[i], 1))
@@ -340,7 +341,7 @@ class ContactDynamics:
 
     def _in_plane(self, plane: Plane, load: ca.SX, component: int) -> ca.SX:
         """Return a component of the friction of a contact in the plane while it slips."""
-        return -load * self.kinetic(plane.row, plane.speed) * plane.direction[component]
+        return -load * self.kinetic(plane.row, plane.slip_speed) * plane.direction[component]
 
     def _remembered(self, contact: Contact, slip: ca.SX, side: ca.SX, expr: sp.Expr) -> ca.SX:
         """Return the graph of an expression of a law with memory, with the slip of its contact and its direction."""

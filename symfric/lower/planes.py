@@ -12,6 +12,10 @@ the direction is given instead, as a unit vector that turns,
 
 see `symfric.solve.loop.stepping.release_in_plane`. The flag of both rows is `STARTS` then.
 
+With an ellipse of factors ``E = diag(e_0, e_1)`` the rows are those of ``E w``, and their forces ``E^-1 f``: in these
+the friction is the one above, with the disc of the bound and the same power ``f^T w``. Only the law depends on the
+speed |w| of the slip itself.
+
 The guards of the two rows, in the order of `symfric.lower.mode_layout`:
 
     slips:                       |w|,              1;   1,     1
@@ -33,10 +37,16 @@ SINCE = 2 * (TURNS + 1)  # place of t_0 in the variables of a contact, behind e_
 
 
 def rows_of(contact: Contact) -> list[Contact]:
-    """Return a contact along a line as it is, and one in the plane as the two components of its slip."""
+    """Return a contact along a line as it is, and one in the plane as the two components of its slip.
+
+    Those of a contact with an ellipse are scaled by its factors.
+    """
     if contact.across is None:
         return [contact]
-    return [contact, replace(contact, name=f"{contact.name}[1]", slip=contact.across, across=None)]
+    if contact.ellipse is not None:
+        first, second = contact.ellipse
+        contact = replace(contact, slip=first * contact.slip, across=second * contact.across)
+    return [contact, replace(contact, name=f"{contact.name}[1]", slip=contact.across, across=None, ellipse=None)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +62,8 @@ class Plane:
         Slip.
     flag, time : SX
         The mark of its rows in the mode, and time.
+    factors : SX or None, shape (2,)
+        Those of an ellipse, with which the slip is scaled.
     variables : SX, shape (SINCE + 1,)
         Its part of the mode: e_0, e_1, ..., t_0.
     """
@@ -61,6 +73,7 @@ class Plane:
     w: ca.SX
     flag: ca.SX
     time: ca.SX
+    factors: ca.SX | None = None
     variables: ca.SX = field(default_factory=lambda: ca.SX.sym("plane", SINCE + 1))
 
     rates = ()
@@ -97,6 +110,19 @@ class Plane:
         slips = ca.logic_and(self.flag < 0.5, ca.logic_not(self.starts))
         square = ca.if_else(slips, ca.sumsqr(self.w), 1)
         return ca.if_else(self.starts, ca.dot(self.given, self.w), ca.sqrt(square))
+
+    @property
+    def slip_speed(self) -> ca.SX:
+        """The speed of the slip before it is scaled, of which the law is a function."""
+        if self.factors is None:
+            return self.speed
+        slips = ca.logic_and(self.flag < 0.5, ca.logic_not(self.starts))
+        own = ca.sumsqr(self.w / self.factors)
+        return ca.if_else(
+            self.starts,
+            ca.dot(self.given, self.w) * ca.norm_2(ca.if_else(self.starts, self.given / self.factors, 1)),
+            ca.sqrt(ca.if_else(slips, own, 1)),
+        )
 
     @property
     def given(self) -> ca.SX:

@@ -19,5 +19,6 @@ def along_lines(contact: Contact) -> tuple[Contact, ...]:
     if not contact.in_plane:
         return (contact,)
     return tuple(
-        replace(contact, name=f"{contact.name}, {k}", slip=w, across=None) for k, w in enumerate(contact.slips)
+        replace(contact, name=f"{contact.name}, {k}", slip=w, across=None, ellipse=None)
+        for k, w in enumerate(contact.slips)
     )

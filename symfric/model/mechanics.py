@@ -8,13 +8,13 @@ from sympy.physics.mechanics import LagrangesMethod
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.jumps import refuse_jumps
 from symfric.model.kinks import CURES, gradient, simplified, with_magnitudes, without_signs
 from symfric.model.planar import Body, Point, Touch, against_circle, against_line
 from symfric.model.public_names import names_of
 from symfric.model.steps import with_steps
 from symfric.model.symbols import TIME, listed, mapped, scalar
 from symfric.model.system import System
-from symfric.model.typed_friction import refuse_jumps
 
 __all__ = ["Body", "Point", "Touch", "against_circle", "against_line", "lagrange"]
 

@@ -116,6 +116,11 @@ class OutputOfExpression(Output):
         object.__setattr__(self, "expr", expression(self.expr, f"the expression of {type(self).__name__}"))
         refuse_speed(self.expr, f"the expression of {type(self).__name__}")
 
+    @property
+    def _root(self) -> bool:
+        """Whether the expression is a root, which has no series where it is zero."""
+        return bool(self.expr.is_Pow and self.expr.exp == sp.S.Half)
+
     def row(self, horizon: float) -> Row:
         """Return the observable to accumulate in a run.
 
@@ -222,10 +227,6 @@ class OutputOfRange(OutputAfter):
         magnitude = isinstance(self.expr, sp.Abs)
         plain = self.expr.args[0] if magnitude or self._root else self.expr
         return Row(RANGE, plain, magnitude=magnitude, start=self.after)
-
-    @property
-    def _root(self) -> bool:
-        return bool(self.expr.is_Pow and self.expr.exp == sp.S.Half)
 
     def _of_ends(self, low: Any, high: Any) -> Any:
         """Return the output from the smallest and the largest value, or its derivative from theirs.
@@ -535,10 +536,26 @@ class At(OutputOfExpression):
         return self.time or 0.0
 
     def row(self, horizon: float) -> Row:
-        return Row(VALUES, self.expr, (horizon if self.time is None else min(self.time, horizon),))
+        taken = self.expr.args[0] if self._root else self.expr
+        return Row(VALUES, taken, (horizon if self.time is None else min(self.time, horizon),))
 
     def reduce(self, found: Any) -> Any:
-        return found[0]
+        return np.maximum(found[0], 0.0) ** 0.5 if self._root else found[0]
+
+    def slopes(self, derivatives: Any, name: str) -> Any:
+        slopes = derivatives.of_row(name)[0]
+        if not self._root:
+            return slopes
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return slopes / (2.0 * derivatives.values(name)[0] ** 0.5)
+
+    def second_slopes(self, derivatives: Any, name: str, twice: Any) -> Any:
+        if not self._root:
+            return twice[0]
+        size, slopes = derivatives.values(name)[0] ** 0.5, self.slopes(derivatives, name)
+        products = np.array([slopes[a] * slopes[b] for a, b in derivatives.columns.pairs])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return (0.5 * twice[0] - products) / size
 
 
 @dataclass(frozen=True)
@@ -803,29 +820,6 @@ def dissipated_power(contact: str) -> sp.Symbol:
 
 
 OF_CONTACTS = {f.__name__: f for f in (friction_force, slip, normal_force, stored_energy, dissipated_power)}
-
-
-def vector_words(output: str, contact: str) -> str:
-    """Return why an output cannot have a friction force: all of a vector, or a component, ``name, 0``, of no vector."""
-    line = contact.removesuffix(", 0").removesuffix(", 1")
-    if line != contact:
-        return (
-            f"output {output!r} asks for a component of the friction force of contact {line!r}, which slides along a "
-            f"line; write sf.friction_force({line!r})"
-        )
-    return (
-        f"output {output!r} uses the friction force of contact {contact!r}, which is a vector; write "
-        f"sf.friction_force({contact!r}, 0) or (..., 1) for its components"
-    )
-
-
-def observables_of(contact: str, in_plane: bool) -> list[sp.Symbol]:
-    """Return the symbols of a contact that outputs may contain."""
-    found = [make(contact) for make in OF_CONTACTS.values()]
-    if in_plane:
-        found[0] = friction_force(contact, 0)
-        found.append(friction_force(contact, 1))
-    return found
 
 
 def read_outputs(outputs: Mapping[str, Output] | None) -> dict[str, Output]:

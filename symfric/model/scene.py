@@ -9,11 +9,12 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.contact_observables import observables_of, vector_words
 from symfric.model.contact_states import with_states, without_states
 from symfric.model.held import Held, in_order
 from symfric.model.in_plane import refuse_planes
 from symfric.model.laws.law import Shape
-from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, observables_of, read_outputs, vector_words
+from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, read_outputs
 from symfric.model.quantities import is_quantity, number_of, without_units
 from symfric.model.resets import Reset, check_resets, crossings_of
 from symfric.model.symbols import (

@@ -10,6 +10,8 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.friction_ellipse import read_ellipse
+from symfric.model.jumps import refuse_jumps
 from symfric.model.laws import Law
 from symfric.model.linear_part import LinearPart, slopes_of
 from symfric.model.outputs import normal_force
@@ -26,7 +28,7 @@ from symfric.model.symbols import (
     refuse_speed,
     shortened,
 )
-from symfric.model.typed_friction import refuse_jumps, refuse_typed_friction
+from symfric.model.typed_friction import refuse_typed_friction
 from symfric.model.unilateral import FRICTIONLESS, Unilateral
 
 _WRITTEN = 12  # coordinates up to which matrices become expressions for reading
@@ -270,6 +272,12 @@ class Contact:
         Gap and restitution of a contact that opens; given as `normal`.
     across : Expr or None
         Second component of the slip of a contact in the plane; given with `slip`.
+    ellipse : pair of Expr or None
+        Of a contact in the plane whose friction differs along its two slips: factors of the coefficient along the first
+        and along the second, positive, of parameters. The force at rest lies within the ellipse with these axes. While
+        the contact slips the force is the point of the ellipse at which the slip is normal to it, that of largest
+        dissipation (the associated sliding rule), ``f_k = -N mu(|w|) e_k**2 w_k/sqrt(e_0**2 w_0**2 + e_1**2 w_1**2)``;
+        it opposes the slip along the axes only. Goyal, Ruina and Papadopoulos, Wear 143 (1991) 307.
 
     Examples
     --------
@@ -284,6 +292,7 @@ class Contact:
     >>> table = sf.Contact("table", slip=(u, w), normal=1, law=sf.laws.coulomb(0.3))
     >>> table.in_plane, table.slips
     (True, (u, w))
+    >>> wood = sf.Contact("wood", slip=(u, w), normal=1, law=sf.laws.coulomb(0.4), ellipse=(1, 1.5))  # along, across
     """
 
     name: str
@@ -294,6 +303,7 @@ class Contact:
     stiffness: sp.Expr | None = None
     unilateral: Unilateral | None = None
     across: sp.Expr | None = None
+    ellipse: tuple[sp.Expr, sp.Expr] | None = None
 
     @alone(SYMBOLIC)
     def __post_init__(self) -> None:
@@ -303,6 +313,8 @@ class Contact:
         if isinstance(self.slip, Sequence | np.ndarray | sp.MatrixBase) and not isinstance(self.slip, str):
             self._read_pair(list(self.slip))
         self._read_unilateral()
+        if self.ellipse is not None:
+            object.__setattr__(self, "ellipse", read_ellipse(self.ellipse, self.name, self.in_plane))
         for what in ("slip", "normal", "profile", *(("across",) if self.in_plane else ())):
             where = f"{what} of contact {self.name!r}"
             value = with_steps(expression(getattr(self, what), where), where)
@@ -414,6 +426,7 @@ class Contact:
         """Every expression of the contact and of its law."""
         own = () if self.stiffness is None else (self.stiffness,)
         own = own if self.unilateral is None else (*own, self.unilateral.gap, self.unilateral.restitution)
+        own = own if self.ellipse is None else (*own, *self.ellipse)
         return (*self.slips, self.normal, self.profile, *own, *self.law.expressions)
 
     def rewritten(self, change: Callable[[sp.Expr], sp.Expr]) -> "Contact":
@@ -445,6 +458,7 @@ class Contact:
             stiffness=None if self.stiffness is None else change(self.stiffness),
             unilateral=None if u is None else replace(u, gap=change(u.gap), restitution=change(u.restitution)),
             across=None if self.across is None else change(self.across),
+            ellipse=None if self.ellipse is None else (change(self.ellipse[0]), change(self.ellipse[1])),
         )
 
     @property
@@ -452,6 +466,7 @@ class Contact:
         """Every symbol of the contact except the speed in its law."""
         own = set() if self.stiffness is None else self.stiffness.free_symbols
         own = own if self.unilateral is None else own | self.unilateral.free_symbols
+        own = own.union(*(e.free_symbols for e in self.ellipse or ()))
         return own | set().union(*(e.free_symbols for e in (*self.slips, self.normal, self.profile, self.law)))
 
 

@@ -233,6 +233,8 @@ def _equations(
             for lever in (w.diff(u) for w in contact.slips):
                 if not lever.is_zero and not system.force[i].is_number:
                     yield place, partial(_of_load, known, contact, lever, system.force[i])
+        for e in contact.ellipse or ():
+            yield f"{place}, ellipse", partial(known.plain, e)
         yield f"{place}, profile", partial(known.plain, contact.profile)
         yield f"{place}, law", partial(_of_law, known, contact, laws.get(contact.name))
         yield place, partial(_of_outputs, known, contact)

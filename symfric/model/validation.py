@@ -8,6 +8,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.held import Held
+from symfric.model.jumps import refuse_jumps
 from symfric.model.numeric import numeric_function
 from symfric.model.outputs import OF_CONTACTS, Output, normal_force
 from symfric.model.resets import Reset
@@ -16,7 +17,6 @@ from symfric.model.symbols import TIME, nearest, refuse_speed, shorten
 from symfric.model.system import Contact, System
 from symfric.model.tables import table_of
 from symfric.model.tree import parts_of
-from symfric.model.typed_friction import refuse_jumps
 
 _WITHIN = 1e-12  # of the way gone over a run: a gap as negative counts as closed, since the end of a run may be a start
 
@@ -75,6 +75,11 @@ def _check_plane(system: System, contact: Contact, contacts: tuple[Contact, ...]
             raise SceneError(
                 f"contact {contact.name!r} slides in the plane and contact {other.name!r} opens; one scene takes the "
                 "one or the other"
+            )
+    for e in contact.ellipse or ():
+        if e.free_symbols & {*system.states, *system.rows, TIME}:
+            raise SceneError(
+                f"ellipse of contact {contact.name!r} contains {e}; its factors may depend on parameters only"
             )
     first, second = (list(system.slopes(slip)) for slip in contact.slips)
     crossed = (a * d - b * c for (a, b), (c, d) in itertools.combinations(zip(first, second, strict=True), 2))
@@ -162,6 +167,7 @@ def refuse_observables(
         own = (
             ("slip", c.slip),
             ("slip", c.across),
+            *(("ellipse", e) for e in c.ellipse or ()),
             ("normal", c.normal),
             ("profile", c.profile),
             ("stiffness", c.stiffness),

@@ -38,7 +38,10 @@ def equations_of(scene: "Scene") -> tuple[sp.Eq, ...]:
         if c.in_plane:
             speed = sp.sqrt(sp.Add(*(w**2 for w in c.slips)))
             mu = c.law.kinetic.xreplace({SPEED: speed})
-            forces = [-c.normal * c.profile * mu * w / speed for w in c.slips]
+            if c.ellipse is not None:
+                speed = sp.sqrt(sp.Add(*((e * w) ** 2 for e, w in zip(c.ellipse, c.slips, strict=True))))
+            factors = [e**2 for e in c.ellipse or (sp.S.One, sp.S.One)]
+            forces = [-c.normal * c.profile * mu * e * w / speed for e, w in zip(factors, c.slips, strict=True)]
         else:
             forces = [force]
         for w, force in zip(c.slips, forces, strict=True):

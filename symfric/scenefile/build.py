@@ -229,6 +229,8 @@ def _from_equations(document: Document, section: OwnScene) -> tuple[Scene, tuple
         }
         if friction.slip is not None:
             parts["slip"] = slipping(friction.slip, f"{place}.slip")
+        if friction.ellipse is not None:
+            parts["ellipse"] = [moved(e, f"{place}.ellipse[{k}]") for k, e in enumerate(friction.ellipse)]
         if _opens(friction):
             parts["normal"] = Unilateral(parts.pop("gap"), parts.pop("restitution", sp.S.Zero))
             parts.setdefault("slip", None)

@@ -4,7 +4,7 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, ConfigDict
 
-from symfric.fields import Coefficient, Section, Slip, Term, Text, kind_of, number
+from symfric.fields import Coefficient, Factors, Section, Slip, Term, Text, kind_of, number
 from symfric.model.symbols import shorten
 
 
@@ -68,12 +68,15 @@ class OwnFriction(FrictionTable):
         Distance to what the body strikes, >= 0, of coordinates and ``t``; the normal force is unknown then.
     restitution
         Of an impact, from 0 to 1; 0 unless given.
+    ellipse
+        Factors of the coefficient along both slips of a contact in the plane, a list of two; equal unless given.
     """
 
     law: Text | None = None  # type: ignore[assignment]  # that of a stop
     slip: Slip | None = None
     gap: Term | None = None
     restitution: Term | None = None
+    ellipse: Factors | None = None
 
 
 class RowFriction(FrictionTable):

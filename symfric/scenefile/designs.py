@@ -51,8 +51,8 @@ def read_designs(
         if asked.kind in tables:
             place = f"design.{asked.kind}"
             plan = checked(asked, tables[asked.kind], place)
-            if plan.model not in (None, model):
+            if plan.models and model not in plan.models:
                 mine = model or "equations of its own"
-                raise SceneError(f"[{place}] takes the ready scene {plan.model}; this file has {mine}")
+                raise SceneError(f"[{place}] takes the ready scene {' or '.join(plan.models)}; this file has {mine}")
             plans.append(plan.read(TableReader(place, scene, model, expression, motion)))
     return tuple(plans)

@@ -9,6 +9,7 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from symfric.errors import SceneError
 from symfric.fields import MAX_TABLES, kind_of
 from symfric.model.symbols import nearest, shorten
+from symfric.motions.table import ONE, PAIR
 
 _Table = TypeVar("_Table")
 _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")  # of a model, of a dataclass
@@ -45,7 +46,7 @@ def checked(kind: type[_Table], data: object, place: str, extra: tuple[str, ...]
 def _one_line(kind: type, finding: Mapping[str, Any], place: str, extra: tuple[str, ...]) -> str:
     """Return an error of pydantic as place, problem and cure."""
     where, section = place, kind
-    path = list(finding["loc"])
+    path = [step for step in finding["loc"] if step not in (ONE, PAIR)]
     for i, step in enumerate(path):
         if isinstance(step, int):
             where += f"[{step}]"

@@ -136,6 +136,12 @@ class Derivatives:
         low_high: np.ndarray = self.total[self.columns.observables.row[name], :2]
         return low_high
 
+    def values(self, name: str) -> np.ndarray:
+        """Return the values of the observable of an output at its times."""
+        k = self.columns.observables.row[name]
+        seen: np.ndarray = self.seen[self.first[k] : self.first[k + 1]]
+        return seen
+
     @cached_property
     def void(self) -> tuple[str, ...]:
         """Outputs whose derivative does not exist in some direction."""

@@ -70,7 +70,7 @@ class Field:
         for plane in model.planes:  # it slips
             data = ca.vertcat(plane.flag, plane.variables)
             self._sides = ca.substitute(self._sides, data, ca.SX.zeros(data.numel()))
-        out = [self._sides, ca.jacobian(self._sides, model.y), self._mass, *model.unswitched([model.slip])]
+        out = [self._sides, ca.jacobian(self._sides, model.y), self._mass, *model.unswitched([_unscaled(model)])]
         self._value, self._slopes, self._mass_of, self._slip = (self._function(e) for e in out)
 
     def value(self, x: np.ndarray, p: np.ndarray, s: np.ndarray) -> np.ndarray:
@@ -224,6 +224,7 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
             c,
             slip=still(c.slip, f"slip of contact {c.name!r}"),
             normal=still(c.normal, f"normal of contact {c.name!r}"),
+            across=None if c.across is None else still(c.across, f"slip of contact {c.name!r}"),
         )
         for c in near.contacts
     )
@@ -235,6 +236,15 @@ def field_of(scene: Scene, vary: tuple[sp.Symbol, ...] = ()) -> Field:
             replace(linear, loads=loads, scaled=scaled) if (loads, scaled) != (linear.loads, linear.scaled) else linear
         )
     return _field(replace(system, force=force, z_rate=rates, linear=linear), contacts, scene.parameters, near.held)
+
+
+def _unscaled(model: ContactDynamics) -> ca.SX:
+    """Return the slips, those of a contact with an ellipse without its factors."""
+    w = ca.SX(model.slip)
+    for plane in model.planes:
+        if plane.factors is not None:
+            w[plane.rows] /= plane.factors
+    return w
 
 
 _field = lru_cache(maxsize=32)(Field)

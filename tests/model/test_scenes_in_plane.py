@@ -71,6 +71,32 @@ def test_the_derivative_of_a_length_is_that_of_the_closed_form():
     assert slopes["far"] == pytest.approx(2 * np.hypot(rest.downslope, rest.cross) / 1.3, rel=3e-7)
 
 
+def test_a_length_at_a_time_of_a_mass_that_starts_from_rest():
+    """The length has no series where it is zero, at the start; the square of it has one."""
+    length = sp.sqrt(X**2 + Y**2)
+    asked = {f"at {t}": sf.At(length, t) for t in (0.0, 0.5, 2.0)} | {"at end": sf.At(length)}
+    asked |= {f"x {t}": sf.At(X, t) for t in (0.5, 2.0)} | {f"y {t}": sf.At(Y, t) for t in (0.5, 2.0)}
+    program = sf.prepare(pendulum().wanting(asked), 1e-10)
+    run = program.run().checked()
+    assert run["at 0.0"] == 0.0
+    for t in (0.5, 2.0):
+        assert run[f"at {t}"] == pytest.approx(np.hypot(run[f"x {t}"], run[f"y {t}"]), rel=1e-12)
+    assert program.map({"mu": [0.06, 0.1]})["at 2.0"][0] == pytest.approx(run["at 2.0"], rel=1e-12)
+
+
+def test_derivatives_of_a_length_at_a_time():
+    asked = {"r": sf.At(sp.sqrt(X**2 + Y**2), 0.1), "square": sf.At(X**2 + Y**2, 0.1)}
+    given = {"slope": 0.2, "mu": 0.5, "speed": 1.3, "direction": 1.2}
+    scene = sf.scenes.block_on_incline(**given, horizon=0.15).wanting(asked)
+    run = sf.prepare(scene, 1e-12, sensitivities=["speed", "direction"], order=2).run()
+    first, second = run.output_sensitivities, run.second_output_sensitivities
+    for name in ("speed", "direction"):
+        assert first["r"][name] == pytest.approx(first["square"][name] / (2 * run["r"]), rel=1e-12)
+    for (a, b), value in second["r"].items():
+        product = first["r"][a] * first["r"][b]
+        assert value == pytest.approx((second["square"][a, b] / 2 - product) / run["r"], rel=1e-9)
+
+
 def test_lengths_in_maps_and_half_ranges():
     scene = pendulum().wanting({"a": sf.Max(sp.sqrt(X**2 + Y**2)), "b": sf.HalfRange(sp.sqrt(X**2 + Y**2))})
     many = sf.prepare(scene).map({"mu": [0.04, 0.06, 0.1]})

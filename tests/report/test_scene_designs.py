@@ -25,6 +25,8 @@ BLOCK = (
 )
 QUENCH = "[design.quench]\nspeeds = [0.1, 0.4]\nOmega = [20, 60]\na = [0, 0.05]\n"
 DAMPER = '[design.damper]\nparameter = "beta"\nbounds = [0, 1]\n'
+DISH = f'[scene]\nmodel = "friction_pendulum"\nmotions = [{BURST}, {BURST}]\n[values]\nR = 2\nmu = 0.06\nm = 1\n'
+BEARING = "[design.isolator]\nbounds = { mu = [0.01, 0.1] }\n"
 ISOLATOR = "[design.isolator]\nbounds = { C = [1e3, 1e6], mu = [0.001, 0.1] }\n"
 
 
@@ -84,7 +86,35 @@ def test_motions_come_from_tables_and_from_records_beside_the_file(tmp_path):
     assert set(found.values) == {"C", "mu"}
 
 
+def test_pairs_of_motions_shake_an_isolator_in_two_directions():
+    other = BURST.replace("1.5", "1.0").replace("0.2", "0.1")
+    file = read_scene_text(DISH + BEARING + f"motions = [[{BURST}, {other}]]\nlimits.displacement = 0.2\n")
+    plan = file.plan("isolator")
+    ((x, y),) = plan.arguments["motions"]
+    assert (max(abs(x.samples)), max(abs(y.samples))) == pytest.approx((0.2 * 9.80665, 0.1 * 9.80665), rel=1e-3)
+    found, direct = (
+        plan(file.scene),
+        sf.design.isolator(file.scene, [(x, y)], {"mu": (0.01, 0.1)}, plan.arguments["limits"]),
+    )
+    assert found.check.agrees
+    assert found.values == direct.values
+    told = page(study(file))
+    assert "for the least acceleration, one pair" in re.sub("<[^>]*>", "", told)
+
+
 BAD = [
+    (
+        DISH + BEARING + f"motions = [{BURST}]\n",
+        "motions[0] is one motion; friction_pendulum moves in two directions: w",
+    ),
+    (HOUSE + ISOLATOR + f"motions = [[{BURST}, {BURST}]]\n", "motions[0] is a pair of motions; rolling_isolator moves"),
+    (
+        DISH + BEARING + f"motions = [[{BURST}]]\n",
+        "design.isolator.motions[0] has 1 motions; a pair has two, along x a",
+    ),
+    (DISH + BEARING + "motions = [[3, 4]]\n", "design.isolator.motions[0][0] is a number; write a section"),
+    (DISH + BEARING + f'motions = [[{BURST}, {{ kind = "noise" }}]]\n', "motions[0][1].kind is 'noise'; it must be"),
+    (DISH + BEARING + f"motions = [[{BURST}, {{ pga = 1 }}]]\n", "design.isolator.motions[0][1] needs one of file"),
     (BELT + "[design.dampr]\nspeeds = [0, 1]\n", "[design] has no key 'dampr'; did you mean damper?"),
     (BELT + '[design.damper]\nparameter = "beta"\n', "design.damper.bounds is missing"),
     (BELT + DAMPER.replace("beta", "betta"), "design.damper.parameter: no value 'betta'; did you mean beta?"),

@@ -26,7 +26,7 @@ class ContactDamperPlan(DesignPlan):
     kind: ClassVar[str] = "contact_damper"
     function = staticmethod(contact_damper)
     heading: ClassVar[str] = "The soonest rest by a contact"
-    model: ClassVar[str | None] = "contact_damper"
+    models: ClassVar[tuple[str, ...]] = ("contact_damper",)
 
     bounds: Spans
     residual: Positive | None = None

@@ -25,7 +25,7 @@ class PositioningPlan(DesignPlan):
     kind: ClassVar[str] = "positioning"
     function = staticmethod(positioning)
     heading: ClassVar[str] = "The least positioning error"
-    model: ClassVar[str | None] = "drive_slide"
+    models: ClassVar[tuple[str, ...]] = ("drive_slide",)
 
     parameter: Literal["sigma", "mu1", "mu2", "epsilon", "ramp"]
     bounds: SignedSpan

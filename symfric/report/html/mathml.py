@@ -287,17 +287,28 @@ def _friction_in_plane(contact: Contact, law: Law, taken: Collection[str]) -> li
     def pair(parts: Iterable[Markup]) -> Markup:
         return Markup("<mrow>{}{}{}</mrow>").format(OPEN, Markup("<mo>,</mo>").join(parts), CLOSE)
 
-    force = pair(_force_name(line) for line in along_lines(contact))
+    factors = contact.ellipse or (sp.S.One, sp.S.One)
+    names = (_force_name(line) for line in along_lines(contact))
+    force = pair(name if e == 1 else _over(name, to_mathml(e)) for name, e in zip(names, factors, strict=True))
+    speed = length if contact.ellipse is None else to_mathml(sp.sqrt(sp.Add(*(w**2 for w in contact.slips))))
     slipping = [force, EQUALS, MINUS, *size]
-    slipping += [MU, OPEN, length, CLOSE, DOT] if law.kinetic != 1 else []
-    slipping += [Markup("<mfrac>{}{}</mfrac>").format(s, length), _words("while"), s, EQUALS]
-    slipping += [pair(map(to_mathml, contact.slips)), operator("≠"), Markup("<mn>0</mn><mtext>,</mtext>")]
+    slipping += [MU, OPEN, speed, CLOSE, DOT] if law.kinetic != 1 else []
+    slipping += [_over(s, length), _words("while"), s, EQUALS]
+    slipping += [
+        pair(to_mathml(e * w) for e, w in zip(factors, contact.slips, strict=True)),
+        operator("≠"),
+        Markup("<mn>0</mn><mtext>,</mtext>"),
+    ]
     sticking = [LEFT, force, RIGHT, operator("≤"), *(size[:-1] if law.stick == 1 else size)]
     sticking += [to_mathml(law.stick)] if law.stick != 1 or not size else []
     sticking += [_words("while it sticks,"), s, EQUALS, Markup("<mn>0</mn>")]
     label = f"friction of contact {contact.name}"
     lines = [block(slipping, f"{label} while it slips"), block(sticking, f"{label} while it sticks")]
     return [*lines, *_coefficient_of(law, {*taken, slip.name}, label)]
+
+
+def _over(above: Markup, below: Markup) -> Markup:
+    return Markup("<mfrac>{}{}</mfrac>").format(above, below)
 
 
 def _shortest(law: sp.Expr) -> sp.Expr:
