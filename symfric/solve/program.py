@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
+from functools import cached_property
 from types import MappingProxyType
 from typing import Any
 
@@ -10,6 +11,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.numeric import numeric
+from symfric.model.rows import INTEGRAL
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.solve.batch import Batch, make_batch, merged
@@ -146,7 +148,15 @@ class Compiled(Program):
         y, p = self._changed(values, initial) if values or initial else self._given
         status, (final, t_final, stats, raw) = self._follow(y, p, progress)
         stats.update(self._extra)
+        if status == Status.OK and any(math.isnan(raw.rows[name]) for name in self._integrals):
+            status = Status.NOT_FINITE
         return Run(self.scene, values, initial, self.settings, self.tolerance, final, t_final, status, stats, raw)
+
+    @cached_property
+    def _integrals(self) -> tuple[str, ...]:
+        """Outputs that are integrals, which have no value where their expression has no series, as a length at rest."""
+        wanted = self._model.wanted
+        return tuple(name for name, k in wanted.row.items() if wanted.rows[k].kind == INTEGRAL)
 
     def _changed(self, values: Mapping[Key, float], initial: Mapping[Key, float]) -> tuple[np.ndarray, np.ndarray]:
         """Return start and parameters of a run, as the loop takes them."""
@@ -200,6 +210,8 @@ class Compiled(Program):
         stats |= {name: np.full(cases.size, value) for name, value in self._extra.items()}
         final, t_final = kept.y[:, : model.n_x].T, kept.y[:, -1].copy()
         rows = rows_of(model.wanted, kept)
+        for name in self._integrals:
+            kept.status[(kept.status == Status.OK) & np.isnan(rows[name])] = Status.NOT_FINITE
         return make_batch(self.scene, cases, final, t_final, kept.status, stats, rows, kept.rest)
 
     def _run_cases(

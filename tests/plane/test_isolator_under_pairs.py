@@ -29,7 +29,7 @@ def smooth_shaking(duration, step, seed):
     return [sf.Signal(s, step) for s in samples], lambda at: np.array([np.interp(at, t, s) for s in samples])
 
 
-@pytest.mark.parametrize("seed", [3, pytest.param(8, marks=pytest.mark.long(beside="seed 3"))])
+@pytest.mark.parametrize("seed", [3, pytest.param(8, marks=pytest.mark.long)])
 def test_friction_that_rises_with_speed_by_two_other_methods(seed):
     """The law of sliding bearings, mu_max - (mu_max - mu_min) exp(-v/v_c) (Constantinou and others 1990)."""
     low, v_c, horizon = 0.4, 0.08, 1.5
