@@ -40,17 +40,6 @@ def _tuned(formulas: Tuned, mass_ratio: Any = None) -> Tuned:
 def fixed_points(mass_ratio: float | None = None, *, symbolic: bool = False) -> Tuned:
     """Return Den Hartog's tuning and damping; its value is the height of the two points that all dampings share.
 
-    Parameters
-    ----------
-    mass_ratio : float, optional
-        ``m2/m1`` > 0.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    Tuned
-
     Notes
     -----
     ``f = 1/(1+mu)``, ``zeta^2 = 3 mu/(8 (1+mu))``, ``sqrt((2+mu)/mu)``: the tuning makes the fixed points equally high,
@@ -73,17 +62,6 @@ def fixed_points(mass_ratio: float | None = None, *, symbolic: bool = False) -> 
 @closed_form(_tuned)
 def least_peak(mass_ratio: float | None = None, *, symbolic: bool = False) -> Tuned:
     r"""Return the tuning and damping of the least largest `response`, and that response: the exact H-infinity optimum.
-
-    Parameters
-    ----------
-    mass_ratio : float, optional
-        ``m2/m1`` > 0.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    Tuned
 
     Notes
     -----
@@ -117,17 +95,6 @@ def least_peak(mass_ratio: float | None = None, *, symbolic: bool = False) -> Tu
 def least_variance(mass_ratio: float | None = None, *, symbolic: bool = False) -> Tuned:
     """Return the tuning and damping of the least `variance`, and that variance: the H2 optimum.
 
-    Parameters
-    ----------
-    mass_ratio : float, optional
-        ``m2/m1`` > 0.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    Tuned
-
     Notes
     -----
     ``f = sqrt((2+mu)/2)/(1+mu)``, ``zeta^2 = mu (4+3 mu)/(8 (1+mu)(2+mu))``, ``J = sqrt((4+3 mu)/(mu (1+mu)))/2``:
@@ -151,17 +118,6 @@ def least_variance(mass_ratio: float | None = None, *, symbolic: bool = False) -
 @closed_form(_tuned)
 def fastest_decay(mass_ratio: float | None = None, *, symbolic: bool = False) -> Tuned:
     """Return the tuning and damping of the largest `decay_rate`, and that rate over omega1.
-
-    Parameters
-    ----------
-    mass_ratio : float, optional
-        ``m2/m1`` > 0.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    Tuned
 
     Notes
     -----
@@ -190,13 +146,6 @@ def fastest_decay(mass_ratio: float | None = None, *, symbolic: bool = False) ->
 @closed_form(_tuned)
 def widest_stability(mass_ratio: float | None = None, *, symbolic: bool = False) -> Tuned:
     """Return the tuning and damping that stabilise the largest negative damping of the main mass, and that damping.
-
-    Parameters
-    ----------
-    mass_ratio : float, optional
-        ``m2/m1`` > 0.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
 
     Returns
     -------

@@ -38,17 +38,6 @@ def _falling(scene: Scene | None = None) -> Symbols:
 def law_coefficients(scene: Scene | None = None, *, symbolic: bool = False) -> tuple[Any, ...]:
     """Return alpha0, alpha1, alpha3 of ``mu = alpha0 sgn v + alpha1 v + alpha3 v^3``; Thomsen (43), (44).
 
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    tuple
-
     Examples
     --------
     >>> import symfric as sf
@@ -92,17 +81,6 @@ def effective_friction(scene: Scene | None = None, *, symbolic: bool = False) ->
 def effective_damping(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the slope of the effective friction at rest, alpha1-hat, 1/speed; Thomsen (48)-(50).
 
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
     Notes
     -----
     ``2 mu_s/(pi q) + alpha1 + 3 alpha3 q^2/2``, q = a Omega; least at `least_damping_intensity`.
@@ -121,17 +99,6 @@ def effective_damping(scene: Scene | None = None, *, symbolic: bool = False) -> 
 def effective_cubic(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the cubic coefficient of the effective friction at rest, alpha3-hat; Thomsen (48)-(50).
 
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
     Examples
     --------
     >>> import symfric as sf
@@ -145,17 +112,6 @@ def effective_cubic(scene: Scene | None = None, *, symbolic: bool = False) -> fl
 @on_belt(_falling)
 def least_damping_intensity(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the intensity at which `effective_damping` is least, dimensionless.
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
 
     Raises
     ------
@@ -180,17 +136,6 @@ def least_damping_intensity(scene: Scene | None = None, *, symbolic: bool = Fals
 def quasi_equilibrium_position(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the mean position under fast excitation, ``gamma2 mubar(v_b)``, dimensionless; Thomsen (51).
 
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
     Examples
     --------
     >>> import symfric as sf
@@ -204,17 +149,6 @@ def quasi_equilibrium_position(scene: Scene | None = None, *, symbolic: bool = F
 @on_belt(shaken)
 def effective_slope(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the slope ``mubar'(v_b)`` of the effective friction, 1/speed; Thomsen (47), (53).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
 
     Notes
     -----

@@ -76,13 +76,6 @@ def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tu
 def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tuple[Any, ...] | None:
     """Return the belt speeds (low, high) between which the mass vibrates by itself at the scene's a Omega.
 
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
     Returns
     -------
     (float, float), (Expr, Expr) or None
@@ -113,17 +106,6 @@ def unstable_speeds(scene: Scene | None = None, *, symbolic: bool = False) -> tu
 @closed_form(_everywhere)
 def quench_intensity(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the intensity a Omega above which no belt speed gives vibration, dimensionless; Thomsen (56).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
 
     Raises
     ------
@@ -170,12 +152,6 @@ def quench_intensity_at(
         Its own belt speed is ignored.
     v : float
         Belt speed, > 0; the symbol v_hat where `symbolic` without it.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
 
     Notes
     -----
@@ -207,12 +183,6 @@ def quench_intensity_below(
         Its own belt speed is ignored.
     v : float
         Belt speed, > 0; the symbol v_hat where `symbolic` without it.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
 
     Notes
     -----
@@ -257,8 +227,6 @@ def quench_intensity_for(
     speeds : (float, float)
         Lowest and highest belt speed, 0 <= low <= high; the highest may be infinite: "above a speed". The symbols
         v_low and v_high where `symbolic` without it.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
 
     Returns
     -------
@@ -298,17 +266,6 @@ def quench_intensity_for(
 def mean_power(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the mean power of the excitation at quasi-equilibrium, dimensionless.
 
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
     Notes
     -----
     ``<x' (2 beta x' + gamma2 mu(x' - v_b))>`` for ``x' = -q cos``, q = a Omega: ``beta q^2 + gamma2 (alpha1 q^2/2 +
@@ -330,15 +287,6 @@ def mean_power(scene: Scene | None = None, *, symbolic: bool = False) -> float |
 @closed_form(float)
 def energy_ratio(*, symbolic: bool = False) -> float | sp.Expr:
     """Return the kinetic energy of the quenching fast motion over that of the largest pure slip, 5/6; Thomsen (61).
-
-    Parameters
-    ----------
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
 
     Examples
     --------

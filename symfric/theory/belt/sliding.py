@@ -31,17 +31,6 @@ def vibrating(scene: Scene | None = None, order: int = 1) -> Symbols:
 def friction_difference(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the friction difference eta, dimensionless; Thomsen (10).
 
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
     Examples
     --------
     >>> import symfric as sf
@@ -55,17 +44,6 @@ def friction_difference(scene: Scene | None = None, *, symbolic: bool = False) -
 @on_belt()
 def equilibrium_position(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the position of steady sliding, ``gamma2 mu(v_b)``, dimensionless; Thomsen (7).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
 
     Examples
     --------
@@ -81,17 +59,6 @@ def equilibrium_position(scene: Scene | None = None, *, symbolic: bool = False) 
 def damping_slope(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return ``mu'(v_b) + 2 beta/gamma2``; steady sliding is unstable where it is negative, Thomsen (17).
 
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
     Examples
     --------
     >>> import symfric as sf
@@ -105,17 +72,6 @@ def damping_slope(scene: Scene | None = None, *, symbolic: bool = False) -> floa
 @on_belt()
 def damping_polynomial(scene: Scene | None = None, *, symbolic: bool = False) -> tuple[Any, ...]:
     """Return h1, h2, h3 of the damping force ``h1 u + h2 u^2 + h3 u^3`` in pure slip, dimensionless; Thomsen (18).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    tuple
 
     Examples
     --------
@@ -131,17 +87,6 @@ def damping_polynomial(scene: Scene | None = None, *, symbolic: bool = False) ->
 @on_belt(vibrating)
 def onset_speed(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the belt speed v_b1 below which steady sliding is unstable, dimensionless.
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
 
     Raises
     ------

@@ -26,16 +26,6 @@ def _order(order: int) -> int:
 def stick_speed(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the belt speed v_b0 below which the vibration sticks, dimensionless.
 
-    Parameters
-    ----------
-    scene : Scene
-    order : {1, 2}
-    symbolic : bool
-
-    Returns
-    -------
-    float or Expr
-
     Raises
     ------
     NotFound
@@ -82,19 +72,6 @@ def sticking(scene: Scene | None = None, order: int = 1) -> Symbols:
 def pure_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude A0 of vibration in pure slip, dimensionless; for order 2 the half range of x.
 
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    order : {1, 2}
-        Order of the approximation; 2 is closer.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
     Raises
     ------
     NotFound
@@ -120,19 +97,6 @@ def pure_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic:
 def pure_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the frequency of vibration in pure slip over the natural one.
 
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    order : {1, 2}
-        Order of the approximation; 2 is closer.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
     Raises
     ------
     NotFound
@@ -157,17 +121,6 @@ def pure_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic:
 def largest_pure_slip_amplitude(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude of pure slip where sticking starts, A0 at v_b0, dimensionless.
 
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
     Notes
     -----
     Equal to v_b0: Thomsen (22), printed there with 4/3 for 4/5. It is not the largest amplitude of all: at v_b0
@@ -187,17 +140,6 @@ def largest_pure_slip_amplitude(scene: Scene | None = None, *, symbolic: bool = 
 def release_position(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the position ``gamma2 mu_s - 2 beta v_b`` at which sticking ends, dimensionless; Thomsen (25).
 
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
     Examples
     --------
     >>> import symfric as sf
@@ -211,17 +153,6 @@ def release_position(scene: Scene | None = None, *, symbolic: bool = False) -> f
 @on_belt(sticking)
 def slip_arc(scene: Scene | None = None, *, symbolic: bool = False) -> tuple[Any, ...]:
     """Return A1 and theta1 of the slip ``x = A1 sin(tau + theta1) + xbar`` after release at tau = 0; Thomsen (26).
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    tuple
 
     Notes
     -----
@@ -242,19 +173,6 @@ def slip_arc(scene: Scene | None = None, *, symbolic: bool = False) -> tuple[Any
 @on_belt(sticking)
 def stick_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude of stick-slip vibration, dimensionless; for order 2 the half range of x.
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    order : {1, 2}
-        Order of the approximation; 2 is closer.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
 
     Raises
     ------
@@ -282,19 +200,6 @@ def stick_slip_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic
 def slow_belt_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the amplitude of stick-slip vibration on a slow belt, dimensionless.
 
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    order : {1, 2}
-        Order of the approximation; 2 is closer.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
     Notes
     -----
     v_b, Thomsen (30), whose error is of order ``v_b (eta - 2 beta)^2`` as an expansion of (28), not ``v_b eta beta``.
@@ -313,19 +218,6 @@ def slow_belt_amplitude(scene: Scene | None = None, order: int = 1, *, symbolic:
 @on_belt(sticking)
 def stick_slip_frequency(scene: Scene | None = None, order: int = 1, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the frequency of stick-slip vibration over the natural one.
-
-    Parameters
-    ----------
-    scene : Scene, optional
-        A `sf.scenes.mass_on_belt` with the cubic law.
-    order : {1, 2}
-        Order of the approximation; 2 is closer.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
 
     Raises
     ------

@@ -162,17 +162,6 @@ def _limit(formula: sp.Expr, mu1: float | None = None) -> float:
 def type_limit(mu1: float | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the largest lambda of type "a"; 0 for mu1 <= -1.
 
-    Parameters
-    ----------
-    mu1 : float, optional
-        Half the slope of the force over the speed below the corner.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
     Notes
     -----
     ``exp(mu1 acos(mu1)/sqrt(1 - mu1^2))``: the free motion on the first section reaches its largest speed, here v*,
@@ -200,19 +189,6 @@ def single_section_error(
 ) -> float | sp.Expr:
     """Return Delta S of type "a", ``|mu1| < 1``; Guida (19) line 1, which prints Delta S_lambda for it.
 
-    Parameters
-    ----------
-    mu1 : float, optional
-        Half the slope of the force over the speed below the corner.
-    lam : float, optional
-        Force of the spring at the stop less the kinetic friction at rest.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
-
     Notes
     -----
     ``lambda (1 + exp(-mu1 pi/sqrt(1 - mu1^2)))``.
@@ -229,19 +205,6 @@ def single_section_error(
 @closed_form(_underdamped)
 def steep_error(mu1: float | None = None, lam: float | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     """Return the limit of Delta S for mu2 -> infinity, ``|mu1| < 1``; Guida (19) line 2, where a factor is missing.
-
-    Parameters
-    ----------
-    mu1 : float, optional
-        Half the slope of the force over the speed below the corner.
-    lam : float, optional
-        Force of the spring at the stop less the kinetic friction at rest.
-    symbolic : bool
-        Return the formula in `SYMBOLS` instead of a number.
-
-    Returns
-    -------
-    float or Expr
 
     Notes
     -----
