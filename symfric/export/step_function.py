@@ -285,7 +285,9 @@ class _Builder:
         args = [y, m, fresh, t, r, p, status]
         end = self.formula(y, t, p, m, r)
         hit, none = self._watched(self.eq.guards(end, t + r, p, m) < 0), ca.DM.zeros(self.n_g)
-        rest = ca.Function("rest", args, [*self.event(end, t + r, p, m, hit, none), t + r, ca.MX(0), ca.MX(MANY_EVENTS)])
+        rest = ca.Function(
+            "rest", args, [*self.event(end, t + r, p, m, hit, none), t + r, ca.MX(0), ca.MX(MANY_EVENTS)]
+        )
         return _if(r > 0, rest, ca.Function("idle", args, [y, m, fresh, t, r, status]), args)
 
     def _struck(self) -> ca.Function:
