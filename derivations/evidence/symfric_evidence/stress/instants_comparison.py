@@ -70,7 +70,7 @@ class InstantsComparison(Comparison):
         return np.asarray(run(self.times))[: 2 * self.plan.masses]
 
     def _reference(self, draw: Draw, shorter: float = 1.0) -> tuple[np.ndarray | None, str]:
-        """Return the states of the reference with steps that are so much shorter, and what it says if there are none."""
+        """Return the states of the reference, with steps so much shorter, and what it says if there are none."""
         names = [s.name for s in self.scene.system.states[: 2 * self.plan.masses]]
         try:
             system = self.plan.reference(draw)
