@@ -6,10 +6,11 @@ from symfric.lower.automaton import Automaton
 from symfric.lower.clocks import Clocks
 from symfric.lower.constraint_forces import hold
 from symfric.lower.contact_dynamics import ContactDynamics
+from symfric.lower.crossings import PAIR
 from symfric.lower.mode_layout import JUST_AFTER, backward, forward
 
-_AT_REST = 1e-12  # slip relative to its terms below which a contact at the start is at rest
-_MOVED = 1e-10  # slip relative to its terms above which it was changed from outside
+_AT_REST = 1e-12  # slip, or an expression that crosses zero, relative to its terms below which it is zero at the start
+_MOVED = 1e-10  # change of these relative to their terms above which they jumped
 _TIE = 1e-10  # slip acceleration relative to that by the static friction below which its direction is open
 _ROUNDING = 64 * 2.0**-52
 
@@ -49,6 +50,22 @@ class StepEquations:
         self.rate = ca.Function("rate", [*self._at, self._m], [self._rate])
         self.guards = ca.Function("guards", [*self._at, self._m], [self._guards])
         self.held = ca.Function("held", [*self._at, self._m], [self._at_zero(self._m[: self.n_c] > 0.5)])
+        crossings = 0 if self.clocks is None else len(self.clocks.crossings)
+        self._sides = list(range(self.layout.n_mode - crossings, self.layout.n_mode))
+        first = self.layout.n_guards - PAIR * crossings
+        self._pairs = [(first + PAIR * k, first + PAIR * k + 1) for k in range(crossings)]
+        self._values, self._sizes = self._crossings()
+
+    def _crossings(self) -> tuple[ca.SX, ca.SX]:
+        """Return the expressions whose zeros are events, and the sums of the magnitudes of their terms."""
+        open_ = ca.SX(self._m)
+        for side in self._sides:
+            open_[side] = 0  # on which the first guard is the expression
+        values = ca.substitute(self._guards[[g for g, _ in self._pairs]], self._m, open_)
+        sizes = ca.SX.zeros(len(self._pairs))
+        for e in self._at:
+            sizes += ca.fabs(ca.jacobian(values, e)) @ ca.fabs(e)
+        return values, sizes
 
     def drifts(self) -> bool:
         """Whether the formula leaves the slips of sticking contacts at zero only within its error."""
@@ -69,7 +86,10 @@ class StepEquations:
         return y
 
     def first_mode(self) -> ca.Function:
-        """Return ``(y, t, p) -> (y, m, zero)``: a mode to begin with, and which contacts are at rest."""
+        """Return ``(y, t, p) -> (y, m, zero, fresh)``: a mode to begin with, and which contacts are at rest.
+
+        `fresh` marks the guards of expressions that begin at zero: where they leave it, they have crossed.
+        """
         rests = ca.fabs(self._w) <= _AT_REST * self._size
         able = ca.DM([float(e) for e in self.automaton.sticks])
         mode = [*ca.vertsplit(rests * able), *(ca.if_else(w < 0, -1, 1) for w in ca.vertsplit(self._w))]
@@ -78,16 +98,26 @@ class StepEquations:
         for j in range(self.layout.switches):  # a switch may depend on earlier ones
             value = ca.substitute(self._guards[self.layout.switch(j)], self._m, ca.vertcat(*mode))
             mode[self.layout.sign(j)] = ca.if_else(value < 0, -1, 1)
-        m = ca.vertcat(*mode)
+        m, fresh = ca.vertcat(*mode), ca.SX.zeros(self.layout.n_guards)
         if self.clocks is not None:
-            m[self.layout.n_mode - self.clocks.counters.numel() :] = self.clocks.struck_before
-        return ca.Function("first", self._at, [self.held(*self._at, m), m, ca.SX(rests)])
+            first = self.layout.n_mode - self.clocks.variables.numel()
+            m[first : first + self.clocks.begun.numel()] = self.clocks.begun
+        values, sizes = (ca.substitute(e, self._m, m) for e in (self._values, self._sizes))
+        for k, (side, pair) in enumerate(zip(self._sides, self._pairs, strict=True)):
+            zero = ca.fabs(values[k]) <= _AT_REST * sizes[k]
+            m[side] = ca.if_else(zero, 0, ca.if_else(values[k] < 0, -1, 1))
+            fresh[list(pair)] = zero
+        return ca.Function("first", self._at, [self.held(*self._at, m), m, ca.SX(rests), fresh])
 
     def due(self) -> ca.Function:
-        """Return ``(y, t, p, m) -> hit``: the clocks whose instant is now."""
+        """Return ``(y, t, p, m) -> hit``: the clocks and values on their way whose instant is now."""
         soon = JUST_AFTER * (ca.fabs(self.model.t) + self.model.horizon)
         hit, first = ca.SX.zeros(self.layout.n_guards), self.layout.first_clock
-        hit[first:] = self._guards[first:] <= soon
+        if self.clocks is not None:
+            variable, n_clocks = self.layout.n_mode - self.clocks.variables.numel(), self.clocks.counters.numel()
+            for k in range(n_clocks + len(self.clocks.queues)):
+                some = k < n_clocks or self._m[variable + k] > 1.5  # values are on their way
+                hit[first + k] = ca.logic_and(some, self._guards[first + k] <= soon)
         return ca.Function("due", [*self._at, self._m], [ca.densify(hit)])
 
     def told(self) -> ca.Function:
@@ -102,14 +132,15 @@ class StepEquations:
         return ca.Function("told", [*self._at, self._m, fresh], [m, after])
 
     def crossed(self) -> ca.Function:
-        """Return ``(y, t, p, m, hit) -> (y, m, zero, fresh)``: state and trial mode after some guards were hit.
+        """Return ``(y, t, p, m, hit, still) -> (y, m, zero, fresh)``: state and trial mode after guards were hit.
 
         Contacts whose slip reached zero stick, those that reached their bound slip, switches change their sign, and
-        contacts behind springs do what is said of them. `zero` marks the contacts with slip zero, `fresh` the guards
-        that start the mode at zero.
+        contacts behind springs do what is said of them. `still` marks the guards that are at zero before, `zero` the
+        contacts with slip zero, `fresh` the guards that start the mode at zero.
         """
         layout, n_c = self.layout, self.n_c
-        hit, y, m = ca.SX.sym("hit", layout.n_guards), ca.SX(self.model.y), ca.SX(self._m)
+        hit, still = ca.SX.sym("hit", layout.n_guards), ca.SX.sym("still", layout.n_guards)
+        y, m = ca.SX(self.model.y), ca.SX(self._m)
         fresh, zero = ca.SX.zeros(layout.n_guards), ca.SX.zeros(n_c)
         if self.automaton.transition is not None:
             own = slice(layout.first_other, layout.n_guards)
@@ -126,7 +157,8 @@ class StepEquations:
             m[n_c + i] = ca.if_else(ca.logic_and(sticks, released), ca.if_else(back, -1, 1), turned)
         if self.clocks is not None:
             self._jumped(y, m, zero)
-        args = [*self._at, self._m, hit]
+            self._turned(y, m, hit, still, fresh)
+        args = [*self._at, self._m, hit, still]
         trial = ca.Function("trial", args, [y, m, zero, fresh])
         y, m, zero, fresh = trial(*args)
         return ca.Function("crossed", args, [self.held(y, *self._at[1:], m), m, zero, fresh])
@@ -141,6 +173,21 @@ class StepEquations:
             m[i] = ca.if_else(jumped, ca.logic_and(rests, able), m[i])
             way = ca.if_else(w[i] < 0, -1, 1)
             m[self.n_c + i] = ca.if_else(ca.logic_and(jumped, ca.logic_not(rests)), way, m[self.n_c + i])
+
+    def _turned(self, y: ca.SX, m: ca.SX, hit: ca.SX, still: ca.SX, fresh: ca.SX) -> None:
+        """Give crossings the side on which the event leaves them at the state y; changes m and fresh.
+
+        One that is at zero then is decided by what follows. Where its own event made it jump back, that is no crossing;
+        a jump by another event is one, which the next piece of the step finds.
+        """
+        values, sizes = (ca.substitute(e, self.model.y, y) for e in (self._values, self._sizes))
+        for k, (side, (fall, rise)) in enumerate(zip(self._sides, self._pairs, strict=True)):
+            moved = ca.fabs(values[k] - self._values[k]) > _MOVED * (self._sizes[k] + sizes[k])
+            there = ca.fabs(values[k]) <= _AT_REST * sizes[k]
+            zero = ca.if_else(moved, there, ca.if_else(self._m[side] >= 0, still[fall], still[rise]))
+            back = ca.logic_and(ca.logic_or(hit[fall], hit[rise]), ca.logic_and(moved, ca.logic_not(zero)))
+            m[side] = ca.if_else(back, ca.if_else(values[k] < 0, -1, 1), m[side])
+            fresh[fall], fresh[rise] = ca.logic_and(zero, m[side] >= 0), ca.logic_and(zero, m[side] <= 0)
 
     def judged(self) -> ca.Function:
         """Return ``(y, t, p, m, zero) -> (m, changed)``: the mode with the contact changed that contradicts it most.

@@ -31,6 +31,7 @@ _FAR = 1e300  # beyond it a number is not finite
 _UNDEFINED = -2.0  # for the least guard over its size, which is not less than -1
 _NEAR = 1e-3  # least guard over its size near the edge of the domain of a law, where it counts as reached
 _ZERO = 1e-12  # guard relative to its change over a step that is zero
+_NO_PART = 1e-300  # size of a guard that plays no part
 _FOUND = 1e-14  # relative precision of the time of an event
 _NARROWINGS = (4, 4, 3)  # most evaluations of the formula for one event: their product
 _BISECT = 3  # every third narrowing halves the bracket
@@ -84,11 +85,6 @@ def step_functions(scene: Scene, rows: Sequence[sp.Expr], events: int) -> StepFu
 
 
 def _refuse(scene: Scene, automaton: Automaton) -> None:
-    if any(part.crossing is not None for part in scene.clocks):
-        raise SceneError(
-            "held variables with when= and resets with guard= are not exported, those at known times are; export the "
-            "rest, with what they change as an input"
-        )
     for c in scene.contacts_that_open:
         raise SceneError(
             f"contact {c.name!r} opens and strikes, which is not exported; leave it out, and give its load as an input"
@@ -166,13 +162,16 @@ class _Builder:
         return ca.Function("settled", [y, t, p, m, zero], [mode])
 
     def _event(self) -> ca.Function:
-        """Return ``(y, t, p, m, hit) -> (y, m, fresh)``: what follows when guards were hit."""
+        """Return ``(y, t, p, m, hit, still) -> (y, m, fresh)``: what follows when guards were hit.
+
+        `still` marks those that are zero.
+        """
         y, t, p, m = self._state()
-        hit = ca.MX.sym("hit", self.n_g)
+        hit, still = ca.MX.sym("hit", self.n_g), ca.MX.sym("still", self.n_g)
         self.agreeing, self.freshly = self._agreeing(), self.eq.freshly()
-        after, mode, zero, fresh = self.eq.crossed()(y, t, p, m, hit)
+        after, mode, zero, fresh = self.eq.crossed()(y, t, p, m, hit, still)
         mode = self.agreeing(after, t, p, mode, zero)
-        return ca.Function("event", [y, t, p, m, hit], [after, mode, self.freshly(mode, zero, fresh)])
+        return ca.Function("event", [y, t, p, m, hit, still], [after, mode, self.freshly(mode, zero, fresh)])
 
     def _least(self) -> ca.Function:
         """Return ``(y, t, p, m, fresh, size, c) -> least``: the least guard after a time c, over the sizes.
@@ -183,7 +182,10 @@ class _Builder:
         fresh, size, c = ca.MX.sym("fresh", self.n_g), ca.MX.sym("size", self.n_g), ca.MX.sym("c")
         there = self.formula(y, t, p, m, c)
         g = self.eq.guards(there, t + c, p, m)
-        least = self._smallest(g / (size * (1 + fresh * (c - 1))))
+        no_part = ca.logic_and(g == 0, ca.logic_or(fresh > 0.5, size <= _NO_PART))
+        scaled = g / (size * ca.if_else(fresh > 0.5, c, 1))
+        least = ca.mmin(ca.if_else(no_part, 1, scaled)[self.eq.watched])
+        least = ca.if_else(least < -1, -1, least)  # those that start at zero may begin steeply
         return ca.Function("least", [y, t, p, m, fresh, size, c], [ca.if_else(_finite(there), least, _UNDEFINED)])
 
     def _smallest(self, g: ca.MX) -> ca.MX:
@@ -243,11 +245,15 @@ class _Builder:
         end = self.formula(y, t, p, m, r)
         last = self.eq.guards(ca.if_else(_finite(end), end, y), t + r, p, m)
 
-        def wrong(last: ca.MX) -> ca.MX:  # what is zero to rounding is judged by the end of the step
-            return self._watched(ca.logic_and(g < -_ZERO * (ca.fabs(g) + ca.fabs(last)), fresh < 0.5))
+        def rounding(last: ca.MX) -> ca.MX:  # what is zero to rounding is judged by the end of the step
+            return _ZERO * (ca.fabs(g) + ca.fabs(last))
+
+        def wrong(last: ca.MX) -> ca.MX:
+            return self._watched(ca.logic_and(g < -rounding(last), fresh < 0.5))
 
         more = [ca.MX.sym("end", self.n_y), ca.MX.sym("last", self.n_g)]
-        at_once = ca.Function("at_once", [*args, *more], [*self.event(y, t, p, m, wrong(more[1])), t, r])
+        still = ca.fabs(g) <= rounding(more[1])
+        at_once = ca.Function("at_once", [*args, *more], [*self.event(y, t, p, m, wrong(more[1]), still), t, r])
         chosen = _chosen(ca.mmax(wrong(last)) > 0, at_once, self._march(args, more, g), [*args, end, last])
         return _if(r > 0, ca.Function("inner", args, chosen), idle, args)
 
@@ -255,9 +261,9 @@ class _Builder:
         """Return the same for a step that begins in the right mode, with the state and the guards at its end."""
         y, m, fresh, t, r, p = args
         smooth = ca.Function("smooth", [*args, *more], [more[0], m, ca.DM.zeros(self.n_g), t + r, ca.MX(0)])
-        size = ca.if_else(fresh > 0.5, ca.fabs(more[1]) / r, ca.fabs(g) + ca.fabs(more[1])) + 1e-300
+        size = ca.if_else(fresh > 0.5, ca.fabs(more[1]) / r, ca.fabs(g) + ca.fabs(more[1])) + _NO_PART
         defined = _finite(more[0])
-        below = ca.if_else(defined, self._smallest(more[1] / (size * (1 + fresh * (r - 1)))), _UNDEFINED)
+        below = ca.if_else(defined, self._smallest(more[1] / (size * ca.if_else(fresh > 0.5, r, 1))), _UNDEFINED)
         above = ca.if_else(ca.mmax(fresh) > 0.5, -below, ca.fmax(0, self._smallest(g / size)))
         B = self._located()(ca.vertcat(0, above, r, below, below, 0, 0), y, t, p, m, fresh, size, r)
         c = ca.if_else(B[4] > _UNDEFINED, B[2], B[0])  # not beyond the domain of a law
@@ -265,8 +271,10 @@ class _Builder:
         left = self.eq.guards(there, t + c, p, m)
         least = self._smallest(left / size)
         near = ca.logic_and(left / size <= least * (1 + _NEAR), least < _NEAR)
-        hit = self._watched(ca.if_else(B[4] > _UNDEFINED, left < 0, near))
-        cut = ca.Function("cut", [*args, *more], [*self.event(there, t + c, p, m, hit), t + c, r - c])
+        exactly = ca.logic_and(ca.logic_and(B[4] == 0, left == 0), ca.logic_and(fresh < 0.5, size > _NO_PART))
+        hit = self._watched(ca.if_else(B[4] > _UNDEFINED, ca.logic_or(left < 0, exactly), near))
+        still = ca.fabs(left) <= _ZERO * size * ca.if_else(fresh > 0.5, r, 1)
+        cut = ca.Function("cut", [*args, *more], [*self.event(there, t + c, p, m, hit, still), t + c, r - c])
         crossed = ca.logic_or(ca.mmax(self._watched(more[1] < 0)), 1 - defined)
         return _if(crossed, cut, smooth, [*args, *more])
 
@@ -276,8 +284,10 @@ class _Builder:
         fresh, r, status = ca.MX.sym("fresh", self.n_g), ca.MX.sym("r"), ca.MX.sym("status")
         args = [y, m, fresh, t, r, p, status]
         end = self.formula(y, t, p, m, r)
-        hit = self._watched(self.eq.guards(end, t + r, p, m) < 0)
-        rest = ca.Function("rest", args, [*self.event(end, t + r, p, m, hit), t + r, ca.MX(0), ca.MX(MANY_EVENTS)])
+        hit, none = self._watched(self.eq.guards(end, t + r, p, m) < 0), ca.DM.zeros(self.n_g)
+        rest = ca.Function(
+            "rest", args, [*self.event(end, t + r, p, m, hit, none), t + r, ca.MX(0), ca.MX(MANY_EVENTS)]
+        )
         return _if(r > 0, rest, ca.Function("idle", args, [y, m, fresh, t, r, status]), args)
 
     def _struck(self) -> ca.Function:
@@ -289,7 +299,7 @@ class _Builder:
         if self.eq.clocks is None:
             return idle
         hit = self.eq.due()(y, t, p, m)
-        return _if(ca.mmax(hit) > 0, ca.Function("struck", args, list(self.event(y, t, p, m, hit))), idle, args)
+        return _if(ca.mmax(hit) > 0, ca.Function("struck", args, list(self.event(y, t, p, m, hit, fresh))), idle, args)
 
     def _data(self) -> tuple[list[ca.MX], ca.MX]:
         """Return symbols t, p, v, dv, and the data of the automaton."""
@@ -300,9 +310,9 @@ class _Builder:
 
     def _start(self) -> ca.Function:
         y, (given, data) = ca.MX.sym("y", self.n_y), self._data()
-        after, m, zero = self.eq.first_mode()(y, given[0], data)
+        after, m, zero, fresh = self.eq.first_mode()(y, given[0], data)
         m = self.agreeing(after, given[0], data, m, zero)
-        fresh = self.freshly(m, zero, ca.DM.zeros(self.n_g))
+        fresh = self.freshly(m, zero, fresh)
         after, m, fresh = self._struck()(after, given[0], data, m, fresh)
         memory = ca.vertcat(m, fresh)
         return ca.Function("start", [y, *given], _dense(after, memory), ["y", "t", "p", "v", "dv"], ["y_after", "m"])

@@ -32,7 +32,8 @@ MEANING = {
     OK: "right",
     MANY_EVENTS: "more events in a step than it can resolve; the rest of the step is of first order",
     LOST_CONTACT: "a normal load became negative: the surfaces would separate",
-    NOT_FINITE: "the state is not finite: the step is too long for the fastest motion",
+    NOT_FINITE: "the state is not finite: the step is too long for the fastest motion, or more values of a held "
+    "variable are on their way than it has room for (waiting)",
 }
 
 
@@ -169,6 +170,7 @@ class Stepper:
             end, late = end + 0.5 * self.step, _LATE * end
         run = simulate(self.scene.until(end, {"path": Trajectory()}), _TOLERANCE).checked()
         t, x, _, _ = self._march(self.initial, self.values, n)
+        t, x = t[1:], x[:, 1:]  # at the start a crossing may be to come
         exact = run(t + late)
         if not np.all(np.isfinite(x)):
             return math.inf
@@ -257,10 +259,11 @@ def stepper(scene: Scene, step: float, outputs: Mapping[str, sp.Expr] | None = N
     Between events Runge and Kutta's classical formula; the time of an event inside a step is found to rounding by the
     same formula, and there the mode changes. Errors fall with the fourth power of the step, through stick and slip, as
     long as the events of one contact are further apart than a step. Samples of held variables, dead times and resets
-    happen at their instants, also within a step; those whose instant is the end of a step belong to it. The formula is
-    explicit: of a motion with the fast
-    frequency omega or rate r it needs ``step < 2.8 / omega`` or ``2.8 / r``. After the last event that is allowed, the
-    rest of the step is of first order, and its status 1.
+    happen at their instants, also within a step; those whose instant is the end of a step belong to it. Where an
+    expression of a held variable or a reset crosses zero is found like every event; a bounce, which falls to zero and
+    rises from it, takes two. The formula is explicit: of a motion with the fast frequency omega or rate r it needs
+    ``step < 2.8 / omega`` or ``2.8 / r``. After the last event that is allowed, the rest of the step is of first
+    order, and its status 1.
 
     Examples
     --------

@@ -145,6 +145,12 @@ class Clocks:
                 counts.append(sum((ca.SX(show(e) < self.t - soon) for e in reset.at), ca.SX(0)))
         return ca.vertcat(*counts)
 
+    @property
+    def begun(self) -> ca.SX:
+        """The variables of a run that begins at t with the present states, without the sides of crossings."""
+        counts = [ca.substitute(queue.begun(self._now, EMPTY), queue.waiting, 0) for queue in self.queues.values()]
+        return ca.vertcat(self.struck_before, *(count + 1 for count in counts))
+
     def after(self, hit: ca.SX, zero: ca.SX) -> tuple[list[tuple[int, ca.SX]], ca.SX, ca.SX]:
         """Return states with their places, variables, and guards that start at zero, after some of them were hit.
 

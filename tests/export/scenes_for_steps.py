@@ -32,8 +32,18 @@ def commanded(*updates, force=PUSH, slip=u, load=1, resets=()):
     return one(force, [floor], held=held, resets=resets)
 
 
+def watched(*held, force=PUSH, resets=(), start=1.0, friction=0.3):
+    """Return a mass with held variables and resets at crossings of zero."""
+    return one(force, floor(sf.laws.coulomb(friction)), start=start, held=held, resets=resets)
+
+
 C1, C2 = sp.symbols("c1 c2", real=True)
 C1_BEFORE = sp.Symbol("c1.previous", real=True)
+SENT = sp.Symbol("sent", real=True)
+RELAY = sf.Held(
+    "relay", (sp.Symbol("relay.previous", real=True) - 8 * sp.sign(x - 0.1)) / 4, when=x - 0.1, delay=1.1, waiting=4
+)
+BOUNCE = sf.Reset(guard=x, set={u: -sp.Rational(4, 5) * u})
 WAVE = sf.Signal([0.0, 1.0, -1.0, 0.5, -0.5, 0.8, 0.0] * 2, dt=0.8)
 SHAKEN = sf.Contact(
     "table", slip=u - sp.cos(sf.TIME) / 3, normal=1 + sp.sin(2 * sf.TIME) / 2, law=sf.laws.coulomb(0.7, 0.5)
@@ -60,5 +70,16 @@ SCENES = {
             sf.Reset(at=[0, 1.234, 3, 6], set={u: [u + 1, -u, 0, u - 1]}),
             sf.Reset(every=2, offset=0.5, set={x: x + 0.1}),
         ]
+    ),
+    "late relay": watched(RELAY, force=-2 * x + RELAY.symbol),
+    "sent on change": watched(sf.Held("sent", update=x, when=sp.Abs(x - SENT) - 0.1), force=PUSH - SENT / 2),
+    "escapement": watched(force=-x - u / 10, resets=[sf.Reset(guard=x, set={u: u - 0.3})], friction=0.05),
+    "bouncing": watched(force=-x - 3 - sp.cos(sf.TIME), resets=[BOUNCE], friction=0.01).until(2.5),
+    "put back": watched(resets=[sf.Reset(guard=x - 0.2, set={x: x + 0.3})]),
+    "kicked while it sticks": watched(resets=[sf.Reset(guard=sp.sin(sf.TIME), set={u: u + 0.4})]),
+    "two at one zero": watched(
+        RELAY,
+        force=PUSH + RELAY.symbol / 3,
+        resets=[sf.Reset(guard=x - 0.1, set={u: u - 0.3}), sf.Reset(every=1, offset=0.3, set={x: x - 0.2})],
     ),
 }

@@ -129,7 +129,6 @@ REFUSED = {
     "hold the same motion": parallel,
     "jumps from cell to cell": cells,
     "infinite slope": lambda: one(PUSH, floor(sf.laws.cubic(0.4, 0.25, 0.5).averaged(0.3))),
-    "resets with guard= are not exported": lambda: one(-x, resets=[sf.Reset(guard=x, set={u: -u / 2})]),
     "no value for k": lambda: one(-k * x, values={k: None}),
 }
 
@@ -197,6 +196,44 @@ def test_a_slip_that_jumps_ends_sticking_as_in_the_event_driven_run(name):
     releases = [e.t for e in exact.events if e.before == 0]
     assert np.any(np.isin(np.round(releases, 9), np.round(exact.jumps, 9)))
     assert set(np.unique(run["mode"])) == {-1, 0, 1}
+
+
+def test_a_ball_bounces_in_steps_of_any_length_as_in_closed_form():
+    e, g, height = 0.8, 9.81, 1.0
+    ball = one(sp.Float(-g), start=height, resets=[sf.Reset(guard=x, set={u: -e * u})])
+    first, n = np.sqrt(2 * height / g), 6
+    bounces = first * np.cumsum([1.0, *(2 * e**k for k in range(1, n))])
+    for h in (0.1, 0.013):
+        run = sf.export.stepper(ball, h).run(until=np.floor(bounces[-1] / h) * h)
+        assert run.status.max() == 0
+        k = np.searchsorted(bounces, run.t.values, side="right")
+        past, speed = run.t.values - np.append(0.0, bounces)[k], np.where(k == 0, 0.0, g * first * e**k)
+        height_then = np.where(k == 0, height, 0.0) + speed * past - g / 2 * past**2
+        assert np.max(np.abs(run.x.values[0] - height_then)) < 1e-12
+
+
+def test_a_crossing_by_a_sample_or_from_outside_counts():
+    """A kick that carries the guard across zero sets off the reset; so does a state set between two steps."""
+    resets = [sf.Reset(at=[1.0], set={x: x - 2}), sf.Reset(guard=x, set={u: sp.Integer(3)})]
+    s = sf.export.stepper(one(sp.Float(0), resets=resets), 0.25)
+    run = s.run(until=1.5)
+    assert np.allclose(run.x.values, [[1, 1, 1, 1, -1, -0.25, 0.5], [0, 0, 0, 0, 0, 3, 3]], atol=1e-15)
+    y, m = s.start(s.initial, 0.0, s.values, [], [])
+    y, m, _ = s.advance([-2.0, 0.0], m, 0.0, s.values, [], [], 0.25)
+    assert np.array(y).ravel() == pytest.approx([-1.25, 3.0])
+
+
+def test_a_start_at_a_zero_counts_when_the_expression_leaves_it():
+    resets = [sf.Reset(guard=x, set={u: u / 2})]
+    for speed, after in ((-1.0, -0.5), (1.0, 1.0)):
+        run = sf.export.stepper(one(sp.Float(0), start=0.0, resets=resets).starting({"u": speed}), 0.1).run(until=0.2)
+        assert run.x.values[1, -1] == after
+
+
+def test_more_values_on_their_way_than_places_are_said():
+    relay = sf.Held("relay", -sp.sign(x), when=x, delay=30.0, initial=-1, waiting=1)
+    run = sf.export.stepper(one(-x, held=[relay]), 0.1).run()
+    assert run.status.max() == NOT_FINITE
 
 
 def test_more_samples_in_a_step_than_it_takes_are_refused():

@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 Coefficient = Callable[[float], float]
 State = np.ndarray
 _TOLERANCE = 1e-12  # relative; DOP853
-_LONGEST = 0.04  # longest step of the integrator, so that no slip is skipped
+_LONGEST = 0.04  # longest step of the integrator; slips and sticks that are shorter may be skipped
 _ZERO = 1e-11  # slip relative to its terms that counts as zero
 _TOGETHER = 1e-9  # difference of instants, relative to the horizon, that counts as none
 _MOST = 2000  # most changes of mode
@@ -81,6 +81,8 @@ class SteppedSystem:
     instants : sequence of Instant
     memory : mapping of str to float
         Held values at the start.
+    longest : float
+        Longest step of the integrator; modes that last shorter may be skipped.
     """
 
     masses: np.ndarray
@@ -89,6 +91,7 @@ class SteppedSystem:
     steps: Sequence[float]
     instants: Sequence[Instant]
     memory: Mapping[str, float]
+    longest: float = _LONGEST
 
     def run(self, start: Sequence[float], times: Sequence[float]) -> np.ndarray:
         """Return the states at increasing times, shape (n_x, n_t).
@@ -184,7 +187,7 @@ class SteppedSystem:
 
         guards = [ends(i) for i in range(len(modes))]
         found = solve_ivp(
-            rate, (t, end), y, "DOP853", rtol=_TOLERANCE, atol=1e-14, max_step=_LONGEST, events=guards or None
+            rate, (t, end), y, "DOP853", rtol=_TOLERANCE, atol=1e-14, max_step=self.longest, events=guards or None
         )
         if not found.success or not np.all(np.isfinite(found.y[:, -1])):
             raise NoAnswer(f"no step beyond t = {found.t[-1]:g}")

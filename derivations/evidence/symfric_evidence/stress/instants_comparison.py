@@ -1,6 +1,7 @@
 """Comparison of one random structure with steps, held variables and kicks with the foreign reference."""
 
 import math
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -18,6 +19,7 @@ from symfric_evidence.stress.verdict import Verdict
 
 TOLERANCES = (1e-8, 1e-10)
 _TIMES = 8  # at which states are compared
+_SHORTER = 0.05  # steps of the reference where it differs, relative to its usual ones
 _FINER = 1e-2  # tolerance of a second run, relative to the first
 
 
@@ -50,6 +52,9 @@ class InstantsComparison(Comparison):
         theirs, note = self._reference(draw)
         second = difference(states, theirs, sizes)
         allowed, finer, change = WRONG * self.tolerance, math.nan, math.nan
+        if second > allowed:  # the reference may have skipped a short stick
+            theirs, note = self._reference(draw, _SHORTER)
+            second = difference(states, theirs, sizes)
         verdict = "agrees" if second <= allowed else "unconfirmed" if second != second else "silent failure"
         if verdict == "silent failure":
             fine = None if self.fine is None else self.fine.run(draw.values, draw.initial)
@@ -64,10 +69,13 @@ class InstantsComparison(Comparison):
         """Return coordinates and velocities at the times of comparison, from before what happens then."""
         return np.asarray(run(self.times))[: 2 * self.plan.masses]
 
-    def _reference(self, draw: Draw) -> tuple[np.ndarray | None, str]:
+    def _reference(self, draw: Draw, shorter: float = 1.0) -> tuple[np.ndarray | None, str]:
+        """Return the states of the reference, with steps so much shorter, and what it says if there are none."""
         names = [s.name for s in self.scene.system.states[: 2 * self.plan.masses]]
         try:
-            return self.plan.reference(draw).run([draw.initial[n] for n in names], self.times.tolist()), ""
+            system = self.plan.reference(draw)
+            system = replace(system, longest=shorter * system.longest)
+            return system.run([draw.initial[n] for n in names], self.times.tolist()), ""
         except NoAnswer as error:
             return None, str(error)
 
