@@ -100,10 +100,14 @@ def drive(w: LoopArrays) -> int:
                 return PAUSED
             if w.limits.planes:
                 tau = leave_rest(w, n_x, n_c)
-                if tau > 0.0:
-                    reach(w, tau, tau)
-                    try_end(w, n_x, tau)
-                    _advance(w, n_x, n_c, tau)
+                if tau >= 0.0:
+                    if tau > 0.0:
+                        reach(w, tau, tau)
+                        try_end(w, n_x, tau)
+                        _advance(w, n_x, n_c, tau)
+                    w.counts.phase = SETTLE if w.counts.flagged else EXPAND
+                    if w.counts.flagged == LOADED:
+                        return LOST_CONTACT
                     continue
         if w.counts.phase == EXPAND:
             expand(w)

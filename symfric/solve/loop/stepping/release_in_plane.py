@@ -19,10 +19,13 @@ Antali and Stepan, Sliding and crossing dynamics in extended Filippov systems, S
 17 (2018) 823: the limit directions of slip in the plane.
 """
 
+import numpy as np
+
 from symfric.codegen.numba_types import compiled
 from symfric.lower.planes import STARTS, TURNS
-from symfric.solve.loop.codes import EXPAND, SETTLE, TERMS
-from symfric.solve.loop.modes.layout import backward
+from symfric.solve.loop.codes import SETTLE, TERMS
+from symfric.solve.loop.events.first_event import first_event
+from symfric.solve.loop.modes.layout import backward, forward
 from symfric.solve.loop.modes.tolerances import natural_time
 from symfric.solve.loop.precision import ROUNDING
 from symfric.solve.loop.stepping.calls import expand, prelude
@@ -38,15 +41,16 @@ _SHORTER, _SHORTEST = 0.2, 1e-9
 
 @compiled
 def leave_rest(w: LoopArrays, n_x: int, n_c: int) -> float:
-    """Write the series of contacts in the plane that start to slip into ``w.c``; return how far it is used, 0 if none.
+    """Write the series of contacts in the plane that start to slip into ``w.c``; return how far it is used, -1 if none.
 
-    The mode is left in which they slip.
+    It ends at the first event of another guard, which is marked as `first_event` does. The mode is left in which they
+    slip.
     """
     starting = 0
     for k in range(w.planes.row.size):
         starting += w.m[w.planes.row[k]] == STARTS
     if starting == 0:
-        return 0.0
+        return -1.0
     known = min(TURNS, w.c.shape[1] - 2)
     _couple(w, n_x)
     for order in range(1, known + 1):
@@ -60,16 +64,26 @@ def leave_rest(w: LoopArrays, n_x: int, n_c: int) -> float:
         for k in range(known + 2, w.c.shape[1]):
             w.c[r, k] = 0.0
     time = _length(w, n_x, known + 1)
+    _leave_out(w, np.inf)
+    time = first_event(w, n_x, n_c, time, time)
+    _leave_out(w, 0.0)
     for k in range(w.planes.row.size):
         i = w.planes.row[k]
         if w.m[i] == STARTS:
             w.m[i], w.m[i + 1] = 0.0, 0.0
     prelude(w)
-    for g in range(w.guards.hit.size):
-        w.guards.hit[g] = 0
-    w.counts.flagged = 0
-    w.counts.phase = EXPAND
     return time
+
+
+@compiled
+def _leave_out(w: LoopArrays, slack: float) -> None:
+    """Set the slack of the guards of contacts that start, which leave zero to any side: no event of theirs."""
+    for k in range(w.planes.row.size):
+        i = w.planes.row[k]
+        if w.m[i] != STARTS:
+            continue
+        for g in range(backward(i), forward(i + 1) + 1):
+            w.guards.slack[g], w.guards.fresh[g] = slack, 0
 
 
 @compiled
