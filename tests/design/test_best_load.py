@@ -8,6 +8,7 @@ import sympy as sp
 
 import symfric as sf
 from symfric.design.damper.best_load import Peaks
+from tests.longer import longer
 
 module = importlib.import_module("symfric.design.damper.best_load")
 x, u = sp.symbols("x u", real=True)
@@ -25,13 +26,29 @@ def test_every_more_load_is_worse_above_the_best():
     """The best is below the least load that is allowed; its peak is that of settled motions."""
     best = sf.design.damper(forced(), "N", bounds=(6, 11), speeds=(1.0, 1.2), speed="W")
     assert best.values == pytest.approx({"N": 6.0})
-    late = sf.Samples(x, np.linspace(290.0, 300.0, 501))
-    program = sf.prepare(forced().until(300.0).wanting({"late": late}), 1e-8)
-    load, frequency = np.meshgrid([6.0, 7.0, 9.0, 11.0], np.linspace(1.0, 1.2, 41))
-    settled = program.map(values={"N": load.ravel(), "W": frequency.ravel()}).outputs["late"]
-    peaks = np.max(np.abs(settled), axis=0).reshape(load.shape).max(axis=0)
+    peaks = settled_peaks([6.0, 7.0, 9.0, 11.0])
     assert peaks[0] == pytest.approx(best.objective, rel=1e-3)
     assert np.all(np.diff(peaks) > 0)
+
+
+def settled_peaks(loads, low=1.0, high=1.2):
+    late = sf.Samples(x, np.linspace(290.0, 300.0, 501))
+    program = sf.prepare(forced().until(300.0).wanting({"late": late}), 1e-8)
+    load, frequency = np.meshgrid(loads, np.linspace(low, high, 41), indexing="ij")
+    settled = program.map(values={"N": load.ravel(), "W": frequency.ravel()}).outputs["late"]
+    return np.max(np.abs(settled), axis=0).reshape(load.shape).max(axis=1)
+
+
+@pytest.mark.parametrize("bounds", longer([(3.9, 4.6), (3.7, 4.4)], [(3.7, 4.4)]))
+def test_a_best_load_between_an_end_and_its_neighbour(monkeypatch, bounds):
+    """The survey alone has its smallest peak at an end of the bounds, beside which it falls."""
+    monkeypatch.setattr(module, "_SURVEY", 2)
+    monkeypatch.setattr(module, "_CLOSE", 3e-3)
+    best = sf.design.damper(forced(), "N", bounds=bounds, speeds=(1.08, 1.16), speed="W")
+    low, peak, high = settled_peaks([bounds[0], best.values["N"], bounds[1]], 1.1, 1.14)
+    assert bounds[0] < best.values["N"] < bounds[1]
+    assert best.objective == pytest.approx(peak, rel=1e-3)
+    assert peak < min(low, high)
 
 
 @pytest.fixture(scope="module")

@@ -37,3 +37,21 @@ def test_a_forced_motion_returns_after_its_turns(turns):
 @pytest.mark.parametrize("forcing", [None, 2 * np.pi])
 def test_more_turns_are_not_sought(forcing):
     assert guess_of(motion(MOST + 1, 0.7, 2 * np.pi * 60.5), forcing).turns <= MOST
+
+
+@pytest.mark.parametrize("other", ["decays", "drifts", "hardly moves"])
+def test_the_coordinate_whose_range_lasts_tells_the_period(other):
+    """Beside it one that is at rest in the end, one that never comes back, or one that has stopped at its largest."""
+    force, start, horizon = {
+        "decays": (-Y - 2 * V, {Y: 5.0, V: 0.0}, 2 * np.pi * 40.3),
+        "drifts": (0, {Y: 0.0, V: 3.0}, 2 * np.pi * 40.3),
+        "hardly moves": (-Y / 400 - V / 2, {Y: 5.0, V: 0.0}, 2 * np.pi * 60.3),
+    }[other]
+    for first in (True, False):
+        q, u, forces = [X, Y], [U, V], [-X, force]
+        if not first:
+            q, u, forces = q[::-1], u[::-1], forces[::-1]
+        scene = sf.Scene(sf.System(q, u, sp.eye(2), forces), [], {}, {X: 0.4, U: 0.1, **start}, horizon)
+        guess = guess_of(sf.simulate(scene, 1e-12), None)
+        assert guess.turns == 1
+        assert guess.period == pytest.approx(2 * np.pi, rel=1e-6)

@@ -253,3 +253,15 @@ def test_what_is_unseen_is_no_less_than_what_a_tame_function_leaves(name):
             tame += 1
     assert tame > 100
     assert hides > 0 or name == "square"
+
+
+@pytest.mark.parametrize("size", [1e-6, 1e-4])
+def test_integrators_see_pulses_of_some_tolerances(size):
+    """A mass that slides freely is pushed for a moment: the impulse, four tolerances and more, arrives whole."""
+    width, end = 0.02, 10.0
+    pulse = size * sp.exp(-(((T - sp.Rational(31, 10)) / width) ** 2))
+    scene = sf.Scene(sf.System([Q], [U], [[1]], [pulse]), [], {}, {Q: 0.0, U: 1.0}, end)
+    impulse = size * width * np.sqrt(np.pi)
+    run = sf.simulate(scene, 1e-8, sf.Integrators(plugin="erk")).checked()
+    assert run.final[1] - 1 == pytest.approx(impulse, rel=0.05)
+    assert run.final[0] - end == pytest.approx(impulse * (end - 3.1), rel=0.05)

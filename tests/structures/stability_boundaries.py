@@ -32,6 +32,50 @@ def random_structure(seed: int, n: int, kind: str):
     return sf.structures.Structure(M, K, C, F)
 
 
+def large_structure(seed: int, n: int, kind: str):
+    """Return a structure with some low modes apart from the others, of every fourth seed among them.
+
+    Friction couples all modes, through few rows or through all of them.
+    """
+    draw = np.random.default_rng([seed, n, KINDS.index(kind), 9])
+    root = np.eye(n) + 0.3 * draw.standard_normal((n, n)) / np.sqrt(n)
+    few = int(draw.integers(4, 13))
+    omega = np.concatenate([np.sort(draw.uniform(5, 15, few)), 30 + np.cumsum(draw.uniform(1, 6, n - few))])
+    if seed % 4 == 0:
+        omega = 5 + np.cumsum(draw.uniform(0.2, 2, n))
+    rank = int(draw.integers(1, 5)) if draw.random() < 0.5 else n
+    F = draw.standard_normal((n, rank)) @ draw.standard_normal((rank, n)) / np.sqrt(rank) * draw.uniform(10, 50)
+    half, skew = (draw.standard_normal((n, n)) / np.sqrt(n) for _ in range(2))
+    C, turn = 0.05 * half @ half.T + 0.01 * np.eye(n), 0.5 * (skew - skew.T)
+    if kind == "nearly undamped":
+        C = C * 10.0 ** draw.uniform(-6, -3)
+    elif kind == "gyroscopic":
+        C = C + turn
+    elif kind == "proportional":
+        C = 0.01 * np.eye(n) + 0.002 * np.diag(omega**2)
+    elif kind == "undamped":
+        C = None
+    elif kind == "conservative gyroscopic":
+        C = turn
+    if kind in ("symmetric", "conservative gyroscopic"):
+        F = F + F.T
+    M, K, C, F = (None if e is None else root @ e @ root.T for e in (np.eye(n), np.diag(omega**2), C, F))
+    return sf.structures.Structure(M, K, C, F)
+
+
+def apart(s, near, mus):
+    """Return how many of the modes nearest to a frequency no other comes near to over the values of mu, at best.
+
+    And how far from the frequency the last of them is, shape (n_mu,), and how much farther the next one, relatively.
+    """
+    found = [spectrum(s, mu) for mu in mus]
+    found = [e[(e.imag > 0) | ((e.imag == 0) & (e.real >= 0))] for e in found]
+    reach = np.array([np.sort(np.abs(e - 1j * near))[:17] for e in found])
+    gaps = np.min((reach[:, 3:] - reach[:, 2:-1]) / reach[:, 3:], axis=0)
+    best = int(np.argmax(gaps))
+    return 3 + best, reach[:, 2 + best], float(gaps[best])
+
+
 def spectrum(s, mu):
     n, M = s.n, s.M.toarray()
     if s.C is None:
@@ -69,15 +113,16 @@ def changes(s, low, high, points, neutral):
     return sorted(found)
 
 
-def differences(s, found, low, high, points=300, neutral=None):
-    """Return what the count says and `found` does not, and the other way round."""
+def differences(s, found, low, high, points=300, neutral=None, known=lambda mu, omega: True):
+    """Return what the count says and `found` does not, and the other way round; `known`: which flutter has to be found."""
     if neutral is None:
         neutral = 1e-7 if s.C is None or abs(s.C + s.C.T).max() < 1e-13 else 0.0
     exact, size = changes(s, low, high, points, neutral), np.max(np.abs(spectrum(s, low)))
+    exact = [e for e in exact if abs(e[2]) == 1 or known(*e[:2])]
     said = [(p.mu, p.omega, 1, p.kind) for p in found.critical] + [(p.mu, p.omega, -1, p.kind) for p in found.regained]
-    width, near = 1e-7 * (high - low), 1e-3 * size
-    wrong = []
+    width, wrong = 1e-7 * (high - low), []
     for mu, omega, change in exact:
+        near = 1e-3 * min(size, 10 * omega + 1)
         still = abs(change) == 1
         here = [p for p in said if abs(p[0] - mu) <= width and np.sign(p[2]) == np.sign(change)]
         if not any(

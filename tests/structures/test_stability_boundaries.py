@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import scipy.sparse as sps
-from stability_boundaries import KINDS, differences, random_structure
+from stability_boundaries import KINDS, apart, differences, large_structure, random_structure
 
 import symfric as sf
 
@@ -28,6 +28,32 @@ def test_no_loss_of_stability_is_missing_or_false(kind):
 def test_no_loss_of_stability_is_missing_or_false_in_many(seed):
     n = int(np.random.default_rng(seed).integers(2, 11 if seed % 10 else 31))
     check(seed, KINDS[seed % len(KINDS)], n, 200 if n <= 10 else 100)
+
+
+def check_large(seed, kind, n, points=60, grid=33):
+    """Return the number of losses of stability that have to be found: those of modes that keep apart from the others."""
+    s, draw = large_structure(seed, n, kind), np.random.default_rng([seed, 77])
+    near = 0.0 if draw.random() < 0.4 else float(draw.uniform(5, 15))
+    mus = np.linspace(0.0, 1.0, points)
+    count, reach, gap = apart(s, near, mus)
+    within = lambda mu, omega: gap > 0.02 and abs(omega - near) <= np.interp(mu, mus, reach) * (1 + 1e-6)  # noqa: E731
+    found = st.flutter(s, (0.0, 1.0), count=count, near=near, grid=grid)
+    exact, wrong = differences(s, found, 0.0, 1.0, points, known=within)
+    assert wrong == []
+    return len(exact)
+
+
+@pytest.mark.parametrize(("seed", "kind", "n"), [(5, "undamped", 61), (2, "damped", 61)])
+def test_no_loss_of_stability_of_modes_followed_is_missing_or_false(seed, kind, n):
+    """Of more degrees of freedom than those all of whose eigenvalues are searched."""
+    assert check_large(seed, kind, n, 15, 9) > 0
+
+
+@pytest.mark.long(beside="test_no_loss_of_stability_of_modes_followed_is_missing_or_false")
+@pytest.mark.parametrize("seed", range(140))
+def test_no_loss_of_stability_of_modes_followed_is_missing_or_false_in_many(seed):
+    n = int(np.random.default_rng(seed).integers(61, 80 if seed % 10 else 151))
+    check_large(seed, KINDS[seed % len(KINDS)], n)
 
 
 @pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])

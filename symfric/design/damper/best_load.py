@@ -20,6 +20,7 @@ from symfric.solve.routes import simulate
 _SURVEY = 9  # values of the parameter, before polishing
 _LEAST = 1e-3  # of the largest value: the smallest of the survey if the bounds begin at zero
 _CLOSE = 1e-4  # relative error of the optimal parameter
+_INWARD = 1e-3  # of the way to the next value of the survey: where the slope at an end of the bounds is read
 _TOLERANCE = 1e-10  # of the motions
 _BESIDE = (0.98, 1.02)  # neighbouring designs, as shares of the optimum
 _SETTLED, _AGREES = 1e-9, 1e-6  # part of a disturbance left after settling; relative error of the check
@@ -122,7 +123,7 @@ def best_load(peaks: Peaks, bounds: tuple[float, float]) -> Design:
     grid = np.geomspace(low, high, _SURVEY) if high > low else np.array([high])
     sizes = np.array([peaks(float(v)).half_range for v in grid])
     i = int(np.argmin(sizes))
-    if 0 < i < len(grid) - 1:
+    if 0 < i < len(grid) - 1 or _falls_inward(peaks, grid, i):
         _polish(peaks, grid, i)
     best = min(peaks.known, key=lambda v: peaks.known[v].half_range)
     peak, name = peaks(best), peaks.name
@@ -138,6 +139,15 @@ def best_load(peaks: Peaks, bounds: tuple[float, float]) -> Design:
     placed = peaks.scene.where({name: best, peaks.speed: peak.value})
     check = Comparison((_settled(placed, peaks.coordinate, peak),))
     return design({name: best}, peak.half_range, active, placed, check, curve, claim="optimal", neighbours=beside)
+
+
+def _falls_inward(peaks: Peaks, grid: np.ndarray, end: int) -> bool:
+    """Return whether the peak at an end of the grid, the smallest of the survey, falls from there into the bounds."""
+    if len(grid) == 1:
+        return False
+    inner = grid[1 if end == 0 else -2]
+    beside = float(grid[end] ** (1 - _INWARD) * inner**_INWARD)
+    return peaks.followed(beside).half_range < peaks.known[float(grid[end])].half_range
 
 
 def _size(peak_of: Callable[[float], Peak], logarithm: float) -> float:
