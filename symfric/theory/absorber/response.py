@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import sympy as sp
 
-from symfric.model.symbols import finite
-from symfric.theory.closed_form import closed_form, needed, positive
+from symfric.model.symbols import finite, positive
+from symfric.theory.closed_form import closed_form, needed
 
 
 class AbsorberSymbols(NamedTuple):
