@@ -1,20 +1,19 @@
 """Fit of the steady friction curve to points of speed and friction."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from symfric.errors import SceneError
-from symfric.identification.direct import Formula, fit_formula, noise_of
+from symfric.identification.direct import Formula, fit_formula, noise_of, symbols_called, with_law
 from symfric.identification.fit import Fit
 from symfric.identification.records import Channel, numbers
 from symfric.identification.unknowns import read_bounds
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.numeric import numeric
-from symfric.model.symbols import SPEED, Key, finite, nearest
+from symfric.model.symbols import SPEED, Key, positive
 
 KINETIC, STATIC = "friction", "static friction"
 
@@ -81,9 +80,7 @@ def fit_curve(
     """
     if not isinstance(law, Law):
         raise SceneError(f"{law!r} is no friction law; give one of sf.laws with symbols for what is unknown")
-    load = finite(normal, "normal")
-    if load <= 0:
-        raise SceneError(f"normal is {load:g}; it must be positive")
+    load = positive(normal, "normal")
     v, y = _points(speed, friction)
     held = np.zeros(0) if static is None else numbers(np.atleast_1d(static), "static")
     unknowns = read_bounds(parameters)
@@ -102,12 +99,7 @@ def fit_curve(
         return y[places], slopes[places]
 
     fit = fit_formula(Formula(tuple(channels), unknowns, sorted_), None if noise is None else noise[places], None, seed)
-    return replace(fit, law=_with_values(law, fit.values))
-
-
-@alone(SYMBOLIC)
-def _with_values(law: Law, values: dict[str, float]) -> Law:
-    return law.where(values)
+    return with_law(fit, law)
 
 
 def _points(speed: Any, friction: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -133,14 +125,7 @@ def _formula(
     law: Law, names: tuple[str, ...], v: np.ndarray, held: int, load: float
 ) -> Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]:
     """Return the function of the values that gives friction at the speeds, and when breaking away, with derivatives."""
-    own = {s.name: s for s in (law.kinetic.free_symbols | law.stick.free_symbols) - {SPEED}}
-    for name in names:
-        if name not in own:
-            raise SceneError(f"{name} is no symbol of the law{nearest(name, own)}")
-    missing = sorted(set(own) - set(names))
-    if missing:
-        raise SceneError(f"the law has the symbol {missing[0]} too; give its bounds, or a number in its place")
-    symbols = [own[n] for n in names]
+    symbols = symbols_called(names, (law.kinetic.free_symbols | law.stick.free_symbols) - {SPEED})
     parts = [numeric((SPEED, *symbols), [e, *(e.diff(s) for s in symbols)]) for e in (law.kinetic, law.stick)]
     size, sign = np.abs(v), np.sign(v)
 

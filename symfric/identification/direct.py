@@ -1,11 +1,12 @@
 """Fits of formulas to measured points, on the same least squares as fits of scenes."""
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+import sympy as sp
 
 from symfric.errors import NotFound, SceneError
 from symfric.identification.fit import Fit
@@ -15,7 +16,10 @@ from symfric.identification.prediction import Prediction
 from symfric.identification.records import Channel, places
 from symfric.identification.starts import best_of, chosen_starts
 from symfric.identification.unknowns import Unknowns
+from symfric.locks import SYMBOLIC, alone
+from symfric.model.laws import Law
 from symfric.model.scene import Scene
+from symfric.model.symbols import nearest
 
 STARTS = 4  # descents, from the best of the points tried
 
@@ -84,6 +88,24 @@ def fit_formula(formula: Formula, sigma: np.ndarray | None, first: np.ndarray | 
     if not tries or not np.isfinite(tries[0].cost):
         raise NotFound("the formula has no finite value between the bounds; narrow them")
     return made_fit(problem, polished(problem, stepped_over(problem, tries[0], seed)), tries, sigma is not None)
+
+
+def symbols_called(names: Sequence[str], own: Collection[sp.Symbol]) -> list[sp.Symbol]:
+    """Return the symbols of a law by the names of the unknowns; raise unless these are all of them."""
+    known = {s.name: s for s in own}
+    for name in names:
+        if name not in known:
+            raise SceneError(f"{name} is no symbol of the law{nearest(name, known)}")
+    missing = sorted(set(known) - set(names))
+    if missing:
+        raise SceneError(f"the law has the symbol {missing[0]} too; give its bounds, or a number in its place")
+    return [known[n] for n in names]
+
+
+@alone(SYMBOLIC)
+def with_law(fit: Fit, law: Law) -> Fit:
+    """Return a fit with its law in numbers."""
+    return replace(fit, law=law.where(fit.values))
 
 
 def noise_of(sigma: Any, size: int) -> np.ndarray | None:

@@ -1,7 +1,7 @@
 """Fit of a friction law with memory to measured hysteresis: displacement and friction."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import casadi as ca
@@ -9,7 +9,7 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.identification.direct import Formula, fit_formula, noise_of
+from symfric.identification.direct import Formula, fit_formula, noise_of, symbols_called, with_law
 from symfric.identification.fit import Fit
 from symfric.identification.records import Channel, numbers
 from symfric.identification.unknowns import read_bounds
@@ -17,7 +17,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.lower.printer import Printer, Switches
 from symfric.model.laws import Law
 from symfric.model.laws.memory import SIDE, SLIP, Memory
-from symfric.model.symbols import SPEED, Key, finite, nearest
+from symfric.model.symbols import SPEED, Key, positive
 
 PARTS = 8  # steps from one sample to the next; laws linear in their states, and sliders, are exact in one
 
@@ -89,9 +89,7 @@ def fit_loop(
     """
     if not isinstance(law, Law) or law.memory is None:
         raise SceneError("the law has no memory, so that it has no loops; use sf.fit_curve, or a law such as dahl")
-    load = finite(normal, "normal")
-    if load <= 0:
-        raise SceneError(f"normal is {load:g}; it must be positive")
+    load = positive(normal, "normal")
     x, y = numbers(displacement, "displacement"), numbers(friction, "friction")
     t = _times(x, y, time, law)
     unknowns = read_bounds(parameters)
@@ -107,12 +105,7 @@ def fit_loop(
         return load * recurrence.run(drive, values, x.size, slopes=False)[0]
 
     fit = fit_formula(Formula((channel,), unknowns, evaluate, plain), noise_of(sigma, y.size), None, seed)
-    return replace(fit, law=_with_values(law, fit.values))
-
-
-@alone(SYMBOLIC)
-def _with_values(law: Law, values: dict[str, float]) -> Law:
-    return law.where(values)
+    return with_law(fit, law)
 
 
 def _times(x: np.ndarray, y: np.ndarray, time: Any, law: Law) -> np.ndarray:
@@ -211,17 +204,11 @@ def _recurrence(law: Law, names: tuple[str, ...]) -> _Recurrence:
     """Return the recurrence of a law, with derivatives by some of its symbols."""
     memory = _memory_of(law)
     used = set().union(*(e.free_symbols for e in (*memory.rates, memory.force, *memory.limits))) - memory.reserved
-    own = {s.name: s for s in used}
-    for name in names:
-        if name not in own:
-            raise SceneError(f"{name} is no symbol of the law{nearest(name, own)}")
-    missing = sorted(set(own) - set(names))
-    if missing:
-        raise SceneError(f"the law has the symbol {missing[0]} too; give its bounds, or a number in its place")
+    symbols = symbols_called(names, used)
     n, n_p = len(memory.symbols), len(names)
     z, p, h, w = ca.SX.sym("z", n), ca.SX.sym("p", n_p), ca.SX.sym("h"), ca.SX.sym("w")
     known: dict[sp.Symbol, ca.SX] = dict(zip(memory.symbols, ca.vertsplit(z), strict=True))
-    known |= {own[name]: p[k] for k, name in enumerate(names)}
+    known |= dict(zip(symbols, ca.vertsplit(p), strict=True))
     known |= {SLIP: w, SPEED: ca.fabs(w), SIDE: ca.sign(w)}
     write = Printer(known, set(), Switches())
     rates = ca.vertcat(*map(write, memory.rates))

@@ -79,6 +79,14 @@ def finite(value: Any, what: str, name: str = "") -> float:
     return result
 
 
+def positive(value: Any, name: str, *, zero: bool = False) -> float:
+    """Return an argument as a finite number above zero, or not below it; the error begins with its name."""
+    number = finite(value, name)
+    if number < 0 or (number == 0 and not zero):
+        raise SceneError(f"{name} is {number:g}; it must {'not be negative' if zero else 'be positive'}")
+    return number
+
+
 def numbers_of(value: Any, what: str) -> np.ndarray:
     """Return a number or an array of numbers as an array of floats; text is an error."""
     try:

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from symfric.axes import Axes
-from symfric.errors import NotFound, SceneError
+from symfric.errors import NotFound
 from symfric.long_calls import logged, tell, until_interrupted
 from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene, check_scene
-from symfric.model.symbols import finite
+from symfric.model.symbols import positive
 from symfric.orbits.cycle import values_of
 from symfric.orbits.flow_map import FlowMap, flow_of
 from symfric.orbits.passages import Passage
@@ -163,14 +163,12 @@ def lyapunov(
     """
     check_scene(scene)
     values, flow = values_of(scene), flow_of(scene, (), tolerance)
-    horizon = scene.horizon if horizon is None else _positive(horizon, "horizon")
+    horizon = scene.horizon if horizon is None else positive(horizon, "horizon")
     period = flow.period(values) if flow.period else None
-    length = _positive(piece, "piece") if piece is not None else period or horizon / _PIECES
+    length = positive(piece, "piece") if piece is not None else period or horizon / _PIECES
     length = max(1, round(length / period)) * period if period else length
     count = max(1, int(np.ceil(horizon / length - 1e-9)))
-    skipped = finite(0.2 * horizon if transient is None else transient, "transient")
-    if skipped < 0:
-        raise SceneError(f"transient is {skipped:g}; it must not be negative")
+    skipped = positive(0.2 * horizon if transient is None else transient, "transient", zero=True)
     skipped = int(np.ceil(skipped / length - 1e-9))
     numbers = scene.numbers()
     start = np.array([numbers[s] for s in scene.system.states])
@@ -185,13 +183,6 @@ def _varied(length: float, n: int) -> np.ndarray:
     """Return n lengths between 0.5 and 1.5 times the given one, with that mean and with sums spread over all phases."""
     parts = 0.5 + (np.arange(n) * _GOLDEN) % 1.0
     return np.asarray(n * length * parts / max(np.sum(parts), 0.5))
-
-
-def _positive(value: float, what: str) -> float:
-    number = finite(value, what)
-    if number <= 0:
-        raise SceneError(f"{what} is {number:g}; it must be positive")
-    return number
 
 
 def _grow(

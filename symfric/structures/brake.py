@@ -7,9 +7,9 @@ import scipy.sparse as sps
 
 from symfric.errors import SceneError
 from symfric.model.laws import Law
+from symfric.model.symbols import positive
 from symfric.structures.checks import positive_count
 from symfric.structures.contacts import RowContact, RowLoad
-from symfric.structures.makers import positive
 from symfric.structures.structure import Structure
 
 _POISSON = 0.3

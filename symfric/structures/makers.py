@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sps
 
 from symfric.errors import SceneError
-from symfric.model.symbols import finite
+from symfric.model.symbols import positive
 from symfric.structures.checks import positive_count
 from symfric.structures.structure import Structure
 
@@ -193,11 +193,3 @@ def ziegler(*, damping: float = 0.0, m: float = 1.0, k: float = 1.0, l: float = 
     joints = np.array([[2.0, -1.0], [-1.0, 1.0]])
     C = damping * joints if damping else None
     return Structure(M, positive(k, "k") * joints, C, l * np.array([[-1.0, 1.0], [0.0, 0.0]]), ["phi1", "phi2"])
-
-
-def positive(value: float, name: str) -> float:
-    """Return a number that is positive, or say what is wrong with it."""
-    number = finite(value, name)
-    if number <= 0:
-        raise SceneError(f"{name} is {number:g}; it must be positive")
-    return number

@@ -9,7 +9,6 @@ from typing import Any, ParamSpec, TypeVar, get_args
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC
-from symfric.model.symbols import finite
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -64,14 +63,6 @@ def _completed(function: Callable[..., Any]) -> str:
         names = " or ".join(e.__name__ for e in (get_args(kind) if isinstance(kind, UnionType) else (kind,)))
         sections.insert(0, f"Returns\n-------\n{names}")
     return "\n\n".join([summary, f"Parameters\n----------\n{listed}", *sections])
-
-
-def positive(value: Any, name: str, *, zero: bool = False) -> float:
-    """Return an argument as a finite number above zero, or not below it; the error begins with its name."""
-    number = finite(value, name)
-    if number < 0 or (number == 0 and not zero):
-        raise SceneError(f"{name} is {number:g}; it must {'not be negative' if zero else 'be positive'}")
-    return number
 
 
 def needed(value: Any, name: str) -> Any:

@@ -11,7 +11,7 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.model.public_names import names_of
-from symfric.theory.closed_form import positive
+from symfric.model.symbols import positive
 from symfric.theory.transient import mean_friction
 
 __all__ = ["DecayFit", "from_motion", "from_turning_points"]

@@ -12,9 +12,9 @@ import sympy as sp
 
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.public_names import names_of
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, positive
 from symfric.search import zero
-from symfric.theory.closed_form import closed_form, needed, positive
+from symfric.theory.closed_form import closed_form, needed
 
 __all__ = [
     "SYMBOLS",

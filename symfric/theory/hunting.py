@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, positive
 from symfric.search import changes, zero
-from symfric.theory.closed_form import positive
 
 _SLIPS = 400  # points of a slip at which its end is looked for, in the time of the slowest decay
 _SLOW = 40.0  # times of decay after which a motion has ended

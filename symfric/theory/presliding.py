@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from symfric.errors import SceneError
 from symfric.model.public_names import names_of
-from symfric.model.symbols import finite
-from symfric.theory.closed_form import positive
+from symfric.model.symbols import finite, positive
 
 __all__ = [
     "dahl_loop",

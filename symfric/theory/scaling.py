@@ -14,9 +14,8 @@ from symfric.model.laws import Law
 from symfric.model.public_names import names_of
 from symfric.model.results import Result
 from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED
+from symfric.model.symbols import SPEED, positive
 from symfric.model.system import Signal
-from symfric.theory.closed_form import positive
 
 __all__ = [
     "FACTORS",

@@ -25,7 +25,7 @@ from symfric.model import scenes
 from symfric.model.excitation import excitation_of
 from symfric.model.outputs import HalfRange
 from symfric.model.scene import Scene
-from symfric.model.symbols import TIME, finite
+from symfric.model.symbols import TIME, finite, positive
 from symfric.orbits.steady_state import Schedule, Settling
 from symfric.search import minimum
 from symfric.solve.run import finished
@@ -139,8 +139,7 @@ def rough_absorber(
     low, high = (finite(e, "a bound of band") for e in band)
     if not 0 < low <= high:
         raise SceneError(f"band is ({low:g}, {high:g}); give frequencies over omega1, the lower one first and positive")
-    if finite(friction, "friction") < 0:
-        raise SceneError(f"friction is {friction:g}; it must not be negative")
+    positive(friction, "friction", zero=True)
     plain = theory.least_peak(mass_ratio)
     options: dict[str, Any] = {"contact": contact, "friction": friction, "static_friction": static_friction}
     scene = scenes.absorber(mass_ratio=mass_ratio, tuning=plain.tuning, damping=plain.damping, **options)

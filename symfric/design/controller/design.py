@@ -14,7 +14,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.long_calls import logged, tell
 from symfric.model.results import Result
 from symfric.model.scene import Scene, check_scene
-from symfric.model.symbols import Key, finite, listed, mapped, name_of, nearest, pair
+from symfric.model.symbols import Key, finite, listed, mapped, name_of, nearest, pair, positive
 from symfric.search import minimum_near
 
 _SURVEY, _PERIODS = 33, 9  # values over the bounds, and sampling periods, that are looked at first
@@ -165,8 +165,7 @@ def controller(
     latest = 0.5 * end if settle is None else finite(settle, "settle")
     if not 0 < latest < end:
         raise SceneError(f"settle is {latest:g}; it must lie between 0 and the horizon of the scene, {end:g}")
-    if not finite(half_range, "half_range") >= 0:
-        raise SceneError(f"half_range is {half_range:g}; it must not be negative")
+    positive(half_range, "half_range", zero=True)
     varied, ends = None, None
     if periods is not None:
         varied, ends = scene.parameter(period).name, np.linspace(*_range(periods, "periods"), _PERIODS)

@@ -17,7 +17,7 @@ from symfric.long_calls import logged, tell
 from symfric.model.excitation import excitation_of, is_excited
 from symfric.model.results import Result
 from symfric.model.scene import Scene, check_scene
-from symfric.model.symbols import Key, finite, name_of, nearest, pair
+from symfric.model.symbols import Key, finite, name_of, nearest, pair, positive
 from symfric.orbits.cycle import Orbit
 from symfric.search import zero
 
@@ -186,9 +186,7 @@ def damper(
         return best_load(_peaks(scene, name, speed, speeds, half_range, coordinate), (low, high))
     if coordinate is not None:
         raise SceneError("coordinate is for forced scenes; no force of this one depends on time")
-    half_range = finite(half_range, "half_range")
-    if half_range < 0:
-        raise SceneError(f"half_range is {half_range:g}; it must not be negative")
+    half_range = positive(half_range, "half_range", zero=True)
     if speeds is not None and name_of(speed) not in {s.name for s in scene.parameters}:
         known = nearest(name_of(speed), [s.name for s in scene.parameters])
         raise SceneError(f"speeds is the range of {name_of(speed)}, which the scene has not; give speed='...'{known}")

@@ -21,7 +21,7 @@ from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.long_calls import logged, tell
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite, nearest, pair
+from symfric.model.symbols import finite, nearest, pair, positive
 
 OBJECTIVES = ("intensity", "power", "force")
 ACTIVE = 1e-8  # slack relative to the condition's size up to which it counts as active
@@ -163,9 +163,7 @@ def _problem(
         raise SceneError(f"Omega is {Omega}; its lower bound must be positive, and far above the natural frequency")
     if not a[1] > 0:
         raise SceneError(f"a is {a}; its upper bound must be positive")
-    margin = finite(margin, "margin")
-    if margin < 0:
-        raise SceneError(f"margin is {margin:g}; it must not be negative")
+    margin = positive(margin, "margin", zero=True)
     if Omega[0] < FAST * belt.frequency:
         raise SceneError(
             f"the lower bound of Omega is {Omega[0]:g}; fast vibration needs at least {FAST:g} times the natural "

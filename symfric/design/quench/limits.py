@@ -9,7 +9,7 @@ import numpy as np
 
 from symfric.design.quench.search import Optimum, QuenchProblem, edge, grid_of, refined, search
 from symfric.errors import SceneError
-from symfric.model.symbols import finite, nearest
+from symfric.model.symbols import nearest, positive
 from symfric.search import minimum
 
 LIMITS = ("friction", "acceleration", "power")
@@ -32,9 +32,7 @@ def read_limits(limits: Mapping[str, float] | None) -> dict[str, float]:
     for name, value in limits.items():
         if name not in LIMITS:
             raise SceneError(f"no limit {name!r}{nearest(str(name), LIMITS)}")
-        numbers[name] = finite(value, f"the limit on the {name}")
-        if not numbers[name] > 0:
-            raise SceneError(f"the limit on the {name} is {numbers[name]:g}; it must be positive")
+        numbers[name] = positive(value, f"the limit on the {name}")
     if numbers.get("friction", 0.0) > 1:
         raise SceneError(
             f"the limit on the friction is {numbers['friction']:g}; it is the remaining fraction, at most 1"

@@ -52,47 +52,32 @@ class _Printer(MathMLPresentationPrinter):
         unescaped = self.dom.createTextNode  # SymPy's own method, which does not escape
         self.dom.createTextNode = lambda text: unescaped(text if ENTITY.fullmatch(text) else str(escape(text)))
 
+    def _node(self, name: str, *inside: Any) -> Any:
+        """Return an element with what is inside, elements or text."""
+        node = self.dom.createElement(name)
+        for part in inside:
+            node.appendChild(self.dom.createTextNode(part) if isinstance(part, str) else part)
+        return node
+
     def _print_Symbol(self, sym: sp.Symbol, style: str = "plain") -> Any:
         if sym.name.startswith(HIDDEN):
-            over = self.dom.createElement("mover")
-            over.appendChild(super()._print_Symbol(sp.Symbol(sym.name.removeprefix(HIDDEN))))
-            dot = self.dom.createElement("mo")
-            dot.appendChild(self.dom.createTextNode("˙"))
-            over.appendChild(dot)
-            return over
+            return self._node("mover", self._print(sp.Symbol(sym.name.removeprefix(HIDDEN))), self._node("mo", "˙"))
         if sym.name.startswith(PRESSED):
-            index = self.dom.createElement("msub")
-            index.appendChild(super()._print_Symbol(sp.Symbol("N")))
-            index.appendChild(self._text(sym.name.removeprefix(PRESSED)[:-1]))
-            return index
+            return self._node("msub", self._print(sp.Symbol("N")), self._text(sym.name.removeprefix(PRESSED)[:-1]))
         return super()._print_Symbol(letter(sym))
 
     def _print_Piecewise(self, expr: sp.Piecewise) -> Any:
-        row, table = self.dom.createElement("mrow"), self.dom.createElement("mtable")
-        brace = self.dom.createElement("mo")
-        brace.appendChild(self.dom.createTextNode("{"))
-        row.appendChild(brace)
+        lines = []
         for value, condition in expr.args:
-            line = self.dom.createElement("mtr")
-            word = "otherwise" if condition == sp.true else "if "
-            cells = [self._print(value), self._text(word)]
-            if condition != sp.true:
-                both = self.dom.createElement("mrow")
-                both.appendChild(cells[1])
-                both.appendChild(self._print(condition))
-                cells[1] = both
-            for content in cells:
-                cell = self.dom.createElement("mtd")
-                cell.appendChild(content)
-                line.appendChild(cell)
-            table.appendChild(line)
-        row.appendChild(table)
-        return row
+            if condition == sp.true:
+                case = self._text("otherwise")
+            else:
+                case = self._node("mrow", self._text("if "), self._print(condition))
+            lines.append(self._node("mtr", self._node("mtd", self._print(value)), self._node("mtd", case)))
+        return self._node("mrow", self._node("mo", "{"), self._node("mtable", *lines))
 
     def _text(self, words: str) -> Any:
-        node = self.dom.createElement("mtext")
-        node.appendChild(self.dom.createTextNode(words.replace(" ", "\u2002")))
-        return node
+        return self._node("mtext", words.replace(" ", "\u2002"))
 
     def _as_ordered_terms(self, expr: sp.Expr, order: str | None = None) -> list[sp.Expr]:
         """Return the terms of a sum, those without a minus first."""
@@ -100,9 +85,7 @@ class _Printer(MathMLPresentationPrinter):
         return sorted(terms, key=lambda term: term.could_extract_minus_sign())
 
     def _print_Float(self, expr: sp.Float) -> Any:
-        number = self.dom.createElement("mn")
-        number.appendChild(self.dom.createTextNode(format(float(expr), ".6g")))
-        return number
+        return self._node("mn", format(float(expr), ".6g"))
 
 
 @alone(SYMBOLIC)
@@ -163,20 +146,14 @@ def equations_of_motion(scene: Scene) -> list[Markup]:
     same = [_dotted(q) + EQUALS + to_mathml(u) for q, u in zip(system.q, system.u, strict=True)]
     lines.append(block([COMMA.join(same)], "velocities are the rates of the coordinates"))
     for i, force in enumerate(system.force):
-        parts = [*_inertia(system.mass.row(i), rates), EQUALS]
+        inertia = ((m, to_mathml(rate)) for m, rate in zip(system.mass.row(i), rates, strict=True) if not m.is_zero)
+        parts = [*(_sum_of(inertia) or [Markup("<mn>0</mn>")]), EQUALS]
         pulls = [(_force_name(line), line.slip.diff(system.u[i])) for c in scene.contacts for line in along_lines(c)]
         pulls += [(to_mathml(c.normal), c.unilateral.gap.diff(system.q[i])) for c in scene.contacts if c.unilateral]
         pulls = [(shown, slope) for shown, slope in pulls if not slope.is_zero]
         if not (force.is_zero and pulls):
             parts.append(to_mathml(force))
-        for shown, slope in pulls:
-            negative = slope.could_extract_minus_sign()
-            if negative or parts[-1] != EQUALS:
-                parts.append(operator("−" if negative else "+"))
-            size = -slope if negative else slope
-            if size != 1:
-                parts.append(_in_brackets(size))
-            parts.append(shown)
+        parts += _sum_of(((slope, shown) for shown, slope in pulls), first=parts[-1] == EQUALS)
         lines.append(block(parts, f"equation of motion of {system.q[i].name}"))
     still = {s for h in scene.held for s in h.states}
     for z, rate in ((z, rate) for z, rate in zip(system.z, system.z_rate, strict=True) if z not in still):
@@ -186,20 +163,15 @@ def equations_of_motion(scene: Scene) -> list[Markup]:
     return lines
 
 
-def _inertia(row: Iterable[sp.Expr], rates: Iterable[sp.Symbol]) -> list[Markup]:
-    """Return the sum of masses times accelerations, each mass before its acceleration."""
+def _sum_of(terms: Iterable[tuple[sp.Expr, Markup]], first: bool = True) -> list[Markup]:
+    """Return a sum of factors times what is shown behind them; `first` if nothing stands before it."""
     parts: list[Markup] = []
-    for mass, rate in zip(row, rates, strict=True):
-        if mass.is_zero:
-            continue
-        negative = mass.could_extract_minus_sign()
-        size = -mass if negative else mass
-        if parts or negative:
-            parts.append(operator("−" if negative else "+"))
-        if size != 1:
-            parts.append(_in_brackets(size))
-        parts.append(to_mathml(rate))
-    return parts or [Markup("<mn>0</mn>")]
+    for factor, shown in terms:
+        negative = factor.could_extract_minus_sign()
+        size = -factor if negative else factor
+        sign = [operator("−" if negative else "+")] if parts or negative or not first else []
+        parts += [*sign, *([_in_brackets(size)] if size != 1 else []), shown]
+    return parts
 
 
 def _dotted(symbol: sp.Symbol) -> Markup:
@@ -239,30 +211,27 @@ def friction_of_contact(contact: Contact, law: Law, taken: Collection[str] = ())
     Of a law with memory, its friction; the rates of its states are among the equations of motion. The letters of the
     slip and of the sliding speed are none of those `taken` by the scene.
     """
-    if contact.in_plane:
-        return _friction_in_plane(contact, law, taken)
     load = contact.normal * contact.profile
     size = [] if load == 1 else [_in_brackets(load), DOT]
-    name = _force_name(contact)
     slip = next((sp.Symbol(n, real=True) for n in SLIPS if n not in taken), sp.Symbol("w", real=True))
-    if contact.slip.is_Symbol:  # has a letter already
-        slip, given = contact.slip, []
+    label = f"friction of contact {contact.name}"
+    if contact.in_plane:
+        name, speed, direction, w, given = _in_plane(contact, slip)
     else:
-        given = [EQUALS, to_mathml(contact.slip)]
-    w = to_mathml(slip)
-    if law.memory:
-        shown = coefficient(replace(contact, law=law, slip=slip))
-        line = [name, EQUALS, MINUS, *size, _in_brackets(shown)]
-        return [block([*line, *([_words("with"), w, *given] if given else [])], f"friction of contact {contact.name}")]
+        name, given = _force_name(contact), [] if contact.slip.is_Symbol else [EQUALS, to_mathml(contact.slip)]
+        slip = slip if given else contact.slip  # that has a letter already
+        w = to_mathml(slip)
+        if law.memory:
+            shown = coefficient(replace(contact, law=law, slip=slip))
+            line = [name, EQUALS, MINUS, *size, _in_brackets(shown)]
+            return [block([*line, *([_words("with"), w, *given] if given else [])], label)]
+        speed, direction = Markup("").join([LEFT, w, RIGHT]), Markup("<mi>sgn</mi>") + OPEN + w + CLOSE
     slipping = [name, EQUALS, MINUS, *size]
-    if law.kinetic != 1:
-        slipping += [MU, OPEN, LEFT, w, RIGHT, CLOSE, DOT]
-    slipping += [Markup("<mi>sgn</mi>"), OPEN, w, CLOSE, _words("while"), w, *given]
-    slipping += [operator("≠"), Markup("<mn>0</mn><mtext>,</mtext>")]
+    slipping += [MU, OPEN, speed, CLOSE, DOT] if law.kinetic != 1 else []
+    slipping += [direction, _words("while"), w, *given, operator("≠"), Markup("<mn>0</mn><mtext>,</mtext>")]
     sticking = [LEFT, name, RIGHT, operator("≤"), *(size[:-1] if law.stick == 1 else size)]
     sticking += [to_mathml(law.stick)] if law.stick != 1 or not size else []
     sticking += [_words("while it sticks,"), w, EQUALS, Markup("<mn>0</mn>")]
-    label = f"friction of contact {contact.name}"
     lines = [block(slipping, f"{label} while it slips"), block(sticking, f"{label} while it sticks")]
     return [*lines, *_coefficient_of(law, {*taken, slip.name}, label)]
 
@@ -276,11 +245,8 @@ def _coefficient_of(law: Law, taken: Collection[str], label: str) -> list[Markup
     return [block(mu, f"coefficient of {label}")]
 
 
-def _friction_in_plane(contact: Contact, law: Law, taken: Collection[str]) -> list[Markup]:
-    """Return the displayed friction of a contact in the plane: a vector against the slip vector, or in a disc."""
-    load = contact.normal * contact.profile
-    size = [] if load == 1 else [_in_brackets(load), DOT]
-    slip = next((sp.Symbol(n, real=True) for n in SLIPS if n not in taken), sp.Symbol("w", real=True))
+def _in_plane(contact: Contact, slip: sp.Symbol) -> tuple[Markup, Markup, Markup, Markup, list[Markup]]:
+    """Return of a contact in the plane: force, speed, direction, the letter of the slip vector, and what it equals."""
     s = Markup("<mi mathvariant='bold'>{}</mi>").format(slip.name)
     length = Markup("<mrow>{}{}{}</mrow>").format(LEFT, s, RIGHT)
 
@@ -291,20 +257,8 @@ def _friction_in_plane(contact: Contact, law: Law, taken: Collection[str]) -> li
     names = (_force_name(line) for line in along_lines(contact))
     force = pair(name if e == 1 else _over(name, to_mathml(e)) for name, e in zip(names, factors, strict=True))
     speed = length if contact.ellipse is None else to_mathml(sp.sqrt(sp.Add(*(w**2 for w in contact.slips))))
-    slipping = [force, EQUALS, MINUS, *size]
-    slipping += [MU, OPEN, speed, CLOSE, DOT] if law.kinetic != 1 else []
-    slipping += [_over(s, length), _words("while"), s, EQUALS]
-    slipping += [
-        pair(to_mathml(e * w) for e, w in zip(factors, contact.slips, strict=True)),
-        operator("≠"),
-        Markup("<mn>0</mn><mtext>,</mtext>"),
-    ]
-    sticking = [LEFT, force, RIGHT, operator("≤"), *(size[:-1] if law.stick == 1 else size)]
-    sticking += [to_mathml(law.stick)] if law.stick != 1 or not size else []
-    sticking += [_words("while it sticks,"), s, EQUALS, Markup("<mn>0</mn>")]
-    label = f"friction of contact {contact.name}"
-    lines = [block(slipping, f"{label} while it slips"), block(sticking, f"{label} while it sticks")]
-    return [*lines, *_coefficient_of(law, {*taken, slip.name}, label)]
+    slips = pair(to_mathml(e * w) for e, w in zip(factors, contact.slips, strict=True))
+    return force, speed, _over(s, length), s, [EQUALS, slips]
 
 
 def _over(above: Markup, below: Markup) -> Markup:

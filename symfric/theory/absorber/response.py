@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import sympy as sp
 
-from symfric.model.symbols import finite
-from symfric.theory.closed_form import closed_form, needed, positive
+from symfric.model.symbols import finite, positive
+from symfric.theory.closed_form import closed_form, needed
 
 
 class AbsorberSymbols(NamedTuple):
@@ -75,6 +75,7 @@ def response(
     Parameters
     ----------
     mass_ratio, tuning, damping : float
+        As in `peaks`.
     g : float or array_like
     symbolic : bool
         Return the formula in `SYMBOLS`.
@@ -152,12 +153,8 @@ def variance(mass_ratio: float, tuning: float, damping: float) -> float:
 
     Parameters
     ----------
-    mass_ratio : float
-        ``m2/m1`` > 0.
-    tuning : float
-        ``omega2/omega1``.
-    damping : float
-        ``c2/(2 m2 omega2)``.
+    mass_ratio, tuning, damping : float
+        As in `peaks`.
 
     Returns
     -------
@@ -191,12 +188,8 @@ def decay_rate(mass_ratio: float, tuning: float, damping: float, main_damping: f
 
     Parameters
     ----------
-    mass_ratio : float
-        ``m2/m1`` > 0.
-    tuning : float
-        ``omega2/omega1``.
-    damping : float
-        ``c2/(2 m2 omega2)``.
+    mass_ratio, tuning, damping : float
+        As in `peaks`.
     main_damping : float
         ``c1/(2 m1 omega1)``.
 

@@ -4,8 +4,9 @@ from typing import Any, NamedTuple
 
 import sympy as sp
 
+from symfric.model.symbols import positive
 from symfric.theory.absorber.response import SYMBOLS
-from symfric.theory.closed_form import closed_form, needed, positive
+from symfric.theory.closed_form import closed_form, needed
 
 
 class Tuned(NamedTuple):

@@ -6,7 +6,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, positive
 from symfric.theory.belt.effective import ALPHA1, ALPHA3, DAMPING, Q, least_damping_intensity
 from symfric.theory.belt.scene import SYMBOLS, Symbols, numbers, on_belt, value
 from symfric.theory.belt.sliding import ETA, V_B1
@@ -134,10 +134,7 @@ def _speed(v: Any, symbolic: bool) -> sp.Expr:
         return _V_HAT
     if isinstance(v, sp.Expr) and not v.is_number and symbolic:
         return v
-    speed = finite(v, "the belt speed v")
-    if not speed > 0:
-        raise SceneError(f"the belt speed v is {speed:g}; it must be positive")
-    return sp.Float(speed)
+    return sp.Float(positive(v, "the belt speed v"))
 
 
 @closed_form(_quenching)

@@ -9,7 +9,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.results import Result
 from symfric.model.scenes.slides import READINGS
-from symfric.theory.closed_form import positive
+from symfric.model.symbols import positive
 
 
 class SlidesSymbols(NamedTuple):

@@ -4,8 +4,7 @@ import math
 from dataclasses import dataclass
 
 from symfric.model.results import Result
-from symfric.model.symbols import finite, pair
-from symfric.theory.closed_form import positive
+from symfric.model.symbols import finite, pair, positive
 
 Pair = tuple[float, float]
 

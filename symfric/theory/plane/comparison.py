@@ -9,9 +9,8 @@ from symfric.axes import Axes, axes_for
 from symfric.errors import NotFound, SceneError
 from symfric.model.laws import Law
 from symfric.model.results import ArrayResult, Drawable, Labelled
-from symfric.model.symbols import numbers_of
+from symfric.model.symbols import numbers_of, positive
 from symfric.search import zero
-from symfric.theory.closed_form import positive
 from symfric.theory.plane.vibration import (
     lateral_vibration_drag,
     lateral_vibration_power,

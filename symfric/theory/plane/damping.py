@@ -3,7 +3,7 @@
 from symfric.errors import SceneError
 from symfric.model.laws import Law
 from symfric.model.laws.law import refuse_memory
-from symfric.theory.closed_form import positive
+from symfric.model.symbols import positive
 
 
 def transverse_damping(law: Law, speed: float, normal: float = 1.0) -> float:

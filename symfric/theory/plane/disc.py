@@ -16,9 +16,8 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.elliptic import geometric_mean
 from symfric.model.results import Result
-from symfric.model.symbols import expression, numbers_of
+from symfric.model.symbols import expression, numbers_of, positive
 from symfric.search import zero
-from symfric.theory.closed_form import positive
 
 _EQUAL = 1e-19  # least (X^2 - x^2)/X^2, where the mean would vanish: below rounding of the result
 _NEAR = 1e-9  # the same in expressions: solvers need power series, also on their way through v = W

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 from symfric.errors import NotFound, SceneError
 from symfric.model.results import Result
-from symfric.model.symbols import finite
-from symfric.theory.closed_form import positive
+from symfric.model.symbols import finite, positive
 
 
 @dataclass(frozen=True)

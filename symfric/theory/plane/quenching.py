@@ -13,9 +13,8 @@ from symfric.model.laws import Law
 from symfric.model.laws.law import refuse_memory
 from symfric.model.numeric import ArrayFunction, numeric_function
 from symfric.model.results import Result
-from symfric.model.symbols import SPEED
+from symfric.model.symbols import SPEED, positive
 from symfric.search import Function, zero
-from symfric.theory.closed_form import positive
 from symfric.theory.plane.vibration import (
     lateral_vibration_drag,
     lateral_vibration_power,

@@ -13,8 +13,8 @@ from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.numeric import gauss_legendre
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite
-from symfric.theory.closed_form import needed, positive
+from symfric.model.symbols import finite, positive
+from symfric.theory.closed_form import needed
 from symfric.theory.transient.decay import damper_numbers
 
 

@@ -139,12 +139,8 @@ def stop_time(
 
     Parameters
     ----------
-    delta : float or Scene
-        Friction force over stiffness, or a `sf.scenes.coulomb_oscillator`.
-    delta_s : float, optional
-        The same for static friction.
-    x0 : float
-        Start.
+    delta, delta_s, x0
+        As in `stop_position`.
     omega_n : float
         Natural frequency.
     symbolic : bool
