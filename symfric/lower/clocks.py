@@ -243,7 +243,8 @@ class _Instant:
             return ca.SX(0)
         samples, acts = self._clock_of[h.name]
         ago = self._counters[samples] - self._counters[acts] + self._clocks._earlier(h)
-        self._struck_out[acts] = ca.logic_and(self._strikes[acts], ca.logic_or(ago < 0, ago > h.late))
+        impossible = ca.logic_or(ca.logic_or(ago < 0, ago > h.late), self._read(h.delay, {}) < 0)
+        self._struck_out[acts] = ca.logic_and(self._strikes[acts], impossible)
         arrived = chosen(ago - 1, [self.now[s.name] for s in h.queue])
         self._set(ca.logic_and(self._strikes[acts], ago > 0), {h.name: arrived})
         return ca.logic_and(self._strikes[acts], ago == 0)
@@ -257,7 +258,9 @@ class _Instant:
     def _compute(self, h: Held, previous: Mapping[sp.Symbol, ca.SX], acts: ca.SX | None) -> None:
         """Compute a variable if it is its instant; `acts` says whether a value with a delay acts at once."""
         if h.when is None:
-            when, update, known = self._strikes[self._clock_of[h.name][0]], h.update, dict(previous)
+            clock = self._clock_of[h.name][0]
+            when, update, known = self._strikes[clock], h.update, dict(previous)
+            self._struck_out[clock] = ca.logic_and(when, self._impossible(h.every, h.offset))
         else:
             hit = self._crossed[h]
             when, update = ca.mmax(hit) > 0.5, at_side(h.update, h.when, _SIDE)
@@ -290,8 +293,17 @@ class _Instant:
         else:
             j = self._of_resets[reset]
             when, k, known = self._strikes[j], self._counters[j], {}
+            if reset.every is None:
+                early = self._clocks._times_left[j] < -self._soon  # before the start, or before the time before
+            else:
+                early = self._impossible(reset.every, reset.offset)
+            self._struck_out[j] = ca.logic_and(when, early)
         turned = {n: [self._at_guard(e, reset) for e in es] for n, es in reset.set.items()}
         self._set(when, {n: chosen(k, [self._read(e, known) for e in es]) for n, es in turned.items()})
+
+    def _impossible(self, every: sp.Expr, offset: sp.Expr) -> ca.SX:
+        """Whether values of parameters leave no regular instants."""
+        return ca.logic_or(self._read(every, {}) <= 0, self._read(offset, {}) < 0)
 
     def alone(self, reset: Reset, entry: int) -> dict[str, ca.SX]:
         """Return what a reset alone makes of the states that it sets."""

@@ -13,8 +13,9 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.steps import with_steps
+from symfric.model.steps import STAIRS, STEPPED, with_steps
 from symfric.model.symbols import Key, expression, legible, listed, name_of, refuse_speed
+from symfric.model.tree import parts_of
 
 MOST_WAITING = 64  # most values on their way
 EMPTY = -1.0  # time left of a place for a value on its way that is empty
@@ -35,6 +36,9 @@ def crossing_of(value: object, what: str) -> sp.Expr:
     """Return an expression whose zeros are events; raise if it is a number."""
     found = with_steps(expression(value, what), what)
     refuse_speed(found, what)
+    jump = next((e for e in parts_of(found, *STEPPED, *STAIRS)), None)
+    if jump is not None:
+        raise SceneError(f"{what} contains {jump}, which jumps; give the expression whose zeros are meant")
     if found.is_number:
         raise SceneError(f"{what} is {value}, which crosses zero never; give an expression of states and time")
     return found

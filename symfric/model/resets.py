@@ -139,6 +139,24 @@ def crossings_of(parts: Sequence[Held | Reset]) -> Iterator[tuple[str, sp.Expr]]
             yield "guard of a reset" if isinstance(part, Reset) else f"when of {part.name!r}", part.crossing
 
 
+def check_order(parts: Sequence[Held | Reset], numbers: Mapping[sp.Symbol, float]) -> None:
+    """Raise if values of parameters make a period, a delay or the order of times impossible."""
+    for part in parts:
+        for name, least in (("every", "exceed 0"), ("offset", "not be below 0"), ("delay", "not be below 0")):
+            given = getattr(part, name, None)
+            value = None if given is None else sp.sympify(given).subs(numbers)
+            if value is not None and value.is_number and (value <= 0 if name == "every" else value < 0):
+                of = f"{part.name!r}" if isinstance(part, Held) else "a reset"
+                raise SceneError(f"{name} of {of} is {given} = {float(value):g}; it must {least}")
+        times = [sp.sympify(t).subs(numbers) for t in (part.at if isinstance(part, Reset) else ())]
+        known = [float(t) for t in times if t.is_number]
+        if any(after < before for before, after in itertools.pairwise([0.0, *known])):
+            raise SceneError(
+                f"the times of a reset are {', '.join(f'{t:g}' for t in known)}; they must increase from 0 on, and a "
+                "scene takes several resets"
+            )
+
+
 def check_resets(resets: Sequence[Reset], states: set[str]) -> tuple[Reset, ...]:
     """Return resets as a tuple; raise on one that changes no state of the scene."""
     resets = listed(resets, "resets")

@@ -16,7 +16,7 @@ from symfric.model.in_plane import refuse_planes
 from symfric.model.laws.law import Shape
 from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, read_outputs
 from symfric.model.quantities import is_quantity, number_of, without_units
-from symfric.model.resets import Reset, check_resets, crossings_of
+from symfric.model.resets import Reset, check_order, check_resets, crossings_of
 from symfric.model.symbols import (
     SPEED,
     TIME,
@@ -296,6 +296,7 @@ class Scene:
             numbers |= self.system.linear.values(states[:n], states[n : 2 * n])
         start = {**numbers, TIME: 0.0, **{k: float(s(0.0)) for k, s in self.inputs.items()}}
         check_start(self.system, self.contacts, start, self.horizon)
+        check_order(self.clocks, numbers)
 
     def _named_expressions(self) -> Iterator[tuple[str, sp.Expr]]:
         for i, e in enumerate(self.system.force):

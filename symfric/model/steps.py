@@ -18,6 +18,7 @@ from symfric.model.tables import Table
 from symfric.model.tree import parts_of
 
 STEPPED = (sp.Heaviside, sp.sign)
+STAIRS = (sp.floor, sp.ceiling, sp.frac, sp.Mod)
 _SEED = 19
 _ORDERS = (sp.StrictLessThan, sp.LessThan, sp.StrictGreaterThan, sp.GreaterThan)
 
@@ -81,7 +82,7 @@ def _refuse_others(expr: sp.Expr, what: str) -> None:
     kick = next((e for e in parts_of(expr, sp.DiracDelta) if TIME in e.free_symbols), None)
     if kick is not None:
         raise SceneError(f"{what} contains {kick}, an impulse; give a force of finite length, such as a short pulse")
-    others = parts_of(expr, sp.floor, sp.ceiling, sp.frac, sp.Mod)
+    others = parts_of(expr, *STAIRS)
     stairs = next((e for e in sorted(others, key=str) if TIME in e.free_symbols), None)
     if stairs is not None:
         raise SceneError(

@@ -2,6 +2,7 @@
 
 import functools
 import itertools
+import re
 
 import control
 import numpy as np
@@ -337,3 +338,50 @@ def test_random_kicks_stick_as_often_as_a_queue_is_empty():
     stuck = np.sum(np.diff(np.append(run.path.t, horizon))[run.path.mode[:, 0] == 0]) / horizon
     assert stuck == pytest.approx(0.52, abs=0.03)
     assert run.final[0] / horizon == pytest.approx(0.5538, abs=0.08)
+
+
+def timed(every=0.3, delay=0.1, first=1.0, waiting=None):
+    """Return a scene whose instants are parameters."""
+    cmd = sf.Held("cmd", update=-x, every=T, delay=tau, waiting=waiting)
+    kicks = sf.Reset(at=[tk, 2], set={u: [u + 0.1, u - 0.2]})
+    values = {T: every, tau: delay, tk: first}
+    rail = sf.Contact("rail", slip=u, normal=1, law=sf.laws.coulomb(0.02))
+    system, kept = sf.System([x], [u], [[1]], [cmd.symbol]), {"end": sf.End()}
+    return sf.Scene(system, [rail], values, {x: 1.0, u: 0.0}, 3.05, kept, held=[cmd], resets=[kicks])
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ({"every": 0.0}, "every of 'cmd' is T = 0; it must exceed 0"),
+        ({"delay": -0.01}, "delay of 'cmd' is tau = -0.01; it must not be below 0"),
+        ({"first": 2.5}, "the times of a reset are 2.5, 2; they must increase"),
+        ({"first": -0.5}, "the times of a reset are -0.5, 2; they must increase from 0 on"),
+    ],
+)
+def test_values_that_make_instants_impossible_are_refused(values, said):
+    with pytest.raises(sf.SceneError, match=re.escape(said)):
+        timed(**values)
+
+
+@pytest.mark.parametrize("route", ["taylor", "exact", "integrators"])
+def test_values_of_a_run_that_make_instants_impossible_end_it(route):
+    """A map has no exceptions: such a case has a status. Equal times are none."""
+    program = sf.prepare(timed(waiting=1), 1e-9, route)
+    assert program.run({"tk": 2.0}).status == sf.Status.OK
+    for name, value in (("T", -0.1), ("T", 0.0), ("tau", -0.01), ("tau", 0.5), ("tk", 2.5), ("tk", -0.5)):
+        try:
+            assert program.run({name: value}).status == sf.Status.QUEUE_FULL, (name, value)
+        except sf.SceneError:
+            assert route == "integrators"
+    if route == "taylor":
+        batch = program.map({"tau": [0.1, -0.01, 0.02]})
+        assert [s == sf.Status.OK for s in batch.status] == [True, False, True]
+
+
+def test_guards_that_jump_are_refused():
+    for e in (sp.sign(x), sp.Heaviside(x) - 0.5, sp.floor(x)):
+        with pytest.raises(sf.SceneError, match="which jumps; give the expression whose zeros are meant"):
+            sf.Reset(guard=e, set={u: 0})
+        with pytest.raises(sf.SceneError, match="which jumps; give the expression whose zeros are meant"):
+            sf.Held("relay", update=-sp.sign(x), when=e)

@@ -40,7 +40,7 @@ from symfric.solve.lowered import LoweredScene
 from symfric.solve.path import Path
 from symfric.solve.protocol import Program
 from symfric.solve.run import Raw, Run
-from symfric.solve.status import Status
+from symfric.solve.status import ADVICE, Status
 from symfric.time_limit import check_time
 
 if TYPE_CHECKING:
@@ -114,6 +114,8 @@ class IntegratorsProgram(Program):
         scene = self.scene.where(values) if values else self.scene
         scene = scene.starting(initial) if initial else scene
         given = scene.numbers()
+        if len(scene.system.states) != len(self.automaton.states):
+            raise SceneError(ADVICE[Status.QUEUE_FULL])
         start = np.array([given[s] for s in scene.system.states])
         parameters = np.array([given[s] for s in self.automaton.parameters])
         flow = self._lease()
@@ -144,6 +146,8 @@ class IntegratorsProgram(Program):
                 if progress is not None:
                     progress(motion.t / horizon)
             if motion.status != Status.OK:
+                if np.any(np.isnan(motion.m)):  # impossible instants, see `symfric.lower.clocks`
+                    motion.status = Status.QUEUE_FULL
                 break
         self._idle.append(flow)
         return motion
