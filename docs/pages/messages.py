@@ -20,6 +20,7 @@ _SAID = {  # what people look for when they meet a status
     Status.NO_DERIVATIVE: "nan sensitivities, gradient is nan, not differentiable, grazing",
     Status.QUEUE_FULL: "delay too long, dead time, buffer overflow",
     Status.PAINLEVE: "jamming, paradox, no solution, several solutions, tangential impact",
+    Status.MANY_CONTACTS: "many bodies, pile, chain of balls, combinations, enumeration",
 }
 
 

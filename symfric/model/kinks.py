@@ -18,7 +18,7 @@ CURES = {
 }
 
 
-def gradient(energy: sp.Expr, variable: sp.Symbol, what: str) -> sp.Expr:
+def gradient(energy: sp.Expr, variable: sp.Symbol, what: str, cure: str) -> sp.Expr:
     """Return the derivative of an energy with respect to a real variable; it may have kinks, but no jumps.
 
     Parameters
@@ -26,7 +26,10 @@ def gradient(energy: sp.Expr, variable: sp.Symbol, what: str) -> sp.Expr:
     energy : Expr
         May hold Abs, Max, Min and Piecewise.
     variable : Symbol
-    what : {"kinetic", "potential", "dissipation"}
+    what : str
+        What it is: "kinetic", "potential", "dissipation".
+    cure : str
+        What to do where the derivative jumps.
 
     Raises
     ------
@@ -37,7 +40,7 @@ def gradient(energy: sp.Expr, variable: sp.Symbol, what: str) -> sp.Expr:
     plain, extremes = with_magnitudes(energy)
     pieces = [term for term in sp.Add.make_args(plain) if term.has(sp.Piecewise)]
     parts = [plain - sp.Add(*pieces), *map(sp.piecewise_fold, pieces)]
-    slope = sp.Add(*(without_signs(part.diff(variable), f"d {what}/d {variable}", CURES[what]) for part in parts))
+    slope = sp.Add(*(without_signs(part.diff(variable), f"d {what}/d {variable}", cure) for part in parts))
     slope = sp.expand(slope.xreplace(extremes)) if extremes else slope
     check_continuous(slope, {}, f"d {what}/d {variable}", variable)
     return slope

@@ -83,7 +83,11 @@ def lagrange(
     x, v = real[: len(still)], real[len(still) :]
     mass, force = _inertia(kinetic, x, v)
     for i, load in enumerate(applied):
-        force[i] += load - gradient(potential, x[i], "potential") - gradient(dissipation, v[i], "dissipation")
+        force[i] += (
+            load
+            - gradient(potential, x[i], "potential", CURES["potential"])
+            - gradient(dissipation, v[i], "dissipation", CURES["dissipation"])
+        )
     back = dict(zip(real, (*still, *u), strict=True))
     mass, force = mass.applyfunc(simplified).xreplace(back), [simplified(e).xreplace(back) for e in force]
     return System(q=still, u=u, mass=mass, force=force)

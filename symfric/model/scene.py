@@ -11,6 +11,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.contact_observables import observables_of, vector_words
 from symfric.model.contact_states import with_states, without_states
+from symfric.model.gaps import check_gaps
 from symfric.model.held import Held, in_order
 from symfric.model.in_plane import refuse_planes
 from symfric.model.laws.law import Shape
@@ -295,6 +296,7 @@ class Scene:
             n = len(self.system.q)
             numbers |= self.system.linear.values(states[:n], states[n : 2 * n])
         start = {**numbers, TIME: 0.0, **{k: float(s(0.0)) for k, s in self.inputs.items()}}
+        check_gaps(self.system, self.contacts, start, self.horizon)
         check_start(self.system, self.contacts, start, self.horizon)
         check_order(self.clocks, numbers)
 

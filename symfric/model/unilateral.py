@@ -64,8 +64,9 @@ class Unilateral:
             refuse_speed(value, f"{what} of a unilateral contact")
             object.__setattr__(self, what, value)
         e = self.restitution
-        if e.is_number and not 0 <= e <= 1:
-            raise SceneError(f"the restitution of a unilateral contact is {float(e):g}; it must lie between 0 and 1")
+        if e.is_number and not (e.is_real and 0 <= e <= 1):
+            shown = f"{float(e):g}" if e.is_real else str(e)
+            raise SceneError(f"the restitution of a unilateral contact is {shown}; it must lie between 0 and 1")
 
     @property
     def free_symbols(self) -> set[sp.Symbol]:

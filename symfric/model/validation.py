@@ -267,14 +267,21 @@ def _rounding(expr: sp.Expr, numbers: dict[sp.Symbol, float]) -> float:
     return 1e-14 * sum(abs(term) for term in terms if term is not None) if len(terms) > 1 else 0.0
 
 
+def _slope(expr: sp.Expr, variable: sp.Symbol) -> sp.Expr:
+    """Return the derivative of an expression in real symbols: SymPy has none of Abs otherwise."""
+    real = {s: sp.Dummy(s.name, real=True) for s in expr.free_symbols if s.is_extended_real is None}
+    back = {d: s for s, d in real.items()}
+    return expr.xreplace(real).diff(real.get(variable, variable)).xreplace(back)
+
+
 def _check_gap(system: System, contact: Contact, numbers: dict[sp.Symbol, float], horizon: float) -> None:
     """Raise if the bodies are within each other at the start by more than a run leaves, or a restitution is wrong."""
     assert contact.unilateral is not None
     e = contact.unilateral.gap
-    gap, rate = _number(e, numbers), _number(e.diff(TIME), numbers)
+    gap, rate = _number(e, numbers), _number(_slope(e, TIME), numbers)
     size = 0.0 if rate is None else abs(rate) * horizon
     for q, u in zip(system.q, system.u, strict=True):
-        slope = _number(e.diff(q), numbers)
+        slope = _number(_slope(e, q), numbers)
         if slope is not None and {q, u} <= set(numbers):
             size += abs(slope) * (abs(numbers[q]) + abs(numbers[u]) * horizon)
     if gap is not None and not gap >= -_rounding(e, numbers) - _WITHIN * size:

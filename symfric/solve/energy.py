@@ -83,7 +83,7 @@ def imbalance(run: "Run", power: ca.Function, kinetic: ca.Function, numbers: Map
         energy = np.array(kinetic(ends, parameters[:, :1])).ravel()
         start = energy[0] if first == 0 else start
         worst = np.maximum(worst, np.max(np.abs(energy[1:] - start - worked)))
-        largest = max(largest, np.max(energy), np.max(np.abs(shifted)))
+        largest = max(largest, np.max(energy), np.max(np.abs(shifted)), np.max(np.abs(kicks[piece]), initial=0.0))
         work, moved = worked[-1], shifted[-1]
     return float(worst / largest)
 

@@ -10,6 +10,7 @@ import numpy as np
 
 APART, STICK, FORWARD, BACKWARD = range(4)
 TIE = 1e-10  # margin relative to the rates down to which a combination is admissible
+CLEAR = 1e-6  # the same beyond which one is right without a look at the others
 
 
 class NotUnique(Exception):
@@ -47,48 +48,64 @@ class Touching:
 
 def enumerated(c: Touching, z, share=1.0):
     """Return the impulses of ``0 <= P, a+ >= share e |a-|`` with friction on the slip after the impact."""
+    return chosen(c, z, share)[1]
+
+
+def chosen(c: Touching, z, share=1.0, guess=None):
+    """Return what every contact does, and the impulses; a guess that is right beyond doubt is not compared with others."""
     n, f = len(c.e), len(c.lines)
     target = share * c.e * np.maximum(-z[f:], 0.0)
     scale = np.max(np.abs(z)) + 1e-300
+    if guess is not None:
+        one = _one(c, z, target, scale, guess)
+        if one is not None and one[0] > CLEAR * scale:
+            return guess, one[1]
     kinds = [(APART, STICK, FORWARD, BACKWARD) if k in c.lines else (APART, STICK) for k in range(n)]
-    found = []
-    for choice in itertools.product(*kinds):
-        A, b = np.eye(f + n), np.zeros(f + n)
-        for k, kind in enumerate(choice):
-            if kind == APART:
-                continue
-            A[f + k], b[f + k] = c.W[f + k], target[k] - z[f + k]
-            i = c.row(k)
-            if i is None:
-                continue
-            if kind == STICK:
-                A[i], b[i] = c.W[i], -z[i]
-            else:
-                A[i, f + k] = c.mu[k] if kind == FORWARD else -c.mu[k]
-        r, _, _, singular = np.linalg.lstsq(A, b, rcond=1e-11)
-        if np.max(np.abs(A @ r - b)) > TIE * scale:
-            continue
-        loose = singular[-1] < 1e-11 * singular[0]
-        after = z + c.W @ r
-        margin = np.inf
-        for k, kind in enumerate(choice):
-            i, p = c.row(k), r[f + k] * c.W[f + k, f + k]
-            margin = min(margin, after[f + k] - target[k] if kind == APART else p)
-            if kind == STICK and i is not None:
-                margin = min(margin, (c.mu_s[k] * r[f + k] - abs(r[i])) * c.W[i, i])
-            if kind in (FORWARD, BACKWARD):
-                margin = min(margin, after[i] if kind == FORWARD else -after[i])
-        if loose and margin < -TIE * scale:
-            continue  # other shares of the load may do; another combination has the same velocities
-        if margin >= -TIE * scale:
-            found.append((margin, r, after))
+    found = [
+        (*one, choice)
+        for choice in itertools.product(*kinds)
+        if (one := _one(c, z, target, scale, choice)) is not None and one[0] >= -TIE * scale
+    ]
     if not found:
         raise NoSolution(f"rates {z}, W {c.W}")
     best = max(found, key=lambda one: one[0])
-    for margin, _, after in found:
+    for margin, _, after, _ in found:
         if margin > 1e-6 * scale and np.max(np.abs(after - best[2])) > 1e-6 * scale:
             raise NotUnique(f"rates {z}: {after} and {best[2]}")
-    return best[1]
+    return best[3], best[1]
+
+
+def _one(c: Touching, z, target, scale, choice):
+    """Return margin, impulses and rates after them, of one combination; None if it has no impulses."""
+    n, f = len(c.e), len(c.lines)
+    A, b = np.eye(f + n), np.zeros(f + n)
+    for k, kind in enumerate(choice):
+        if kind == APART:
+            continue
+        A[f + k], b[f + k] = c.W[f + k], target[k] - z[f + k]
+        i = c.row(k)
+        if i is None:
+            continue
+        if kind == STICK:
+            A[i], b[i] = c.W[i], -z[i]
+        else:
+            A[i, f + k] = c.mu[k] if kind == FORWARD else -c.mu[k]
+    r, _, _, singular = np.linalg.lstsq(A, b, rcond=1e-11)
+    if np.max(np.abs(A @ r - b)) > TIE * scale:
+        return None
+    loose = singular[-1] < 1e-11 * singular[0]
+    after = z + c.W @ r
+    margin = np.inf
+    for k, kind in enumerate(choice):
+        i, p = c.row(k), r[f + k] * c.W[f + k, f + k]
+        margin = min(margin, after[f + k] - target[k] if kind == APART else p)
+        if kind == STICK and i is not None:
+            margin = min(margin, (c.mu_s[k] * r[f + k] - abs(r[i])) * c.W[i, i])
+        if kind in (FORWARD, BACKWARD):
+            margin = min(margin, after[i] if kind == FORWARD else -after[i])
+    if loose and margin < -TIE * scale:
+        return None  # other shares of the load may do; another combination has the same velocities
+    return margin, r, after
 
 
 def by_pivots(c: Touching, z, share=1.0):

@@ -9,7 +9,7 @@ import numpy as np
 from symfric.codegen.numba_types import call_code, compiled
 from symfric.lower.impacts import APART, FIELDS, SLIPS, STICKS, TURNS
 from symfric.lower.mode_layout import OPEN
-from symfric.solve.loop.codes import IMPACT, OK, PAINLEVE, SLIP, TERMS
+from symfric.solve.loop.codes import IMPACT, MANY_CONTACTS, OK, PAINLEVE, SLIP, TERMS
 from symfric.solve.loop.modes.layout import mode
 from symfric.solve.loop.modes.tolerances import instant
 from symfric.solve.loop.precision import ROUNDING, TINY
@@ -104,6 +104,27 @@ def begin_impact(w: LoopArrays, starting: bool) -> bool:
         else:
             w.m[w.openings.variable[k]] = 1.0
     return strikes
+
+
+@compiled
+def widen_slips(w: LoopArrays, n_c: int) -> None:
+    """Raise the sizes of slips, in ``w.span``, to what the impulses of a run of such velocities may add to them.
+
+    A slip that no force drives holds nothing but the rounding of impulses, which is relative to those, not to itself.
+    ``w.step.end`` holds the sizes of the velocities.
+    """
+    call_code(w.code[IMPACT], w.step.end.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.exact.ctypes.data)
+    n = w.openings.variable.size
+    for i in range(n_c):
+        size = 0.0
+        for k in range(n):
+            own, along = coupling(w, n_c + k, n_c + k), w.openings.line[k]
+            shared = abs(coupling(w, i, n_c + k))
+            if along >= 0:
+                shared = max(shared, abs(coupling(w, i, along)))
+            if own > 0.0:
+                size += shared / own * w.impacts.exact[_states(w) + SPEED * n + k]
+        w.span[TERMS, i] = max(w.span[TERMS, i], size)
 
 
 @compiled
@@ -217,7 +238,7 @@ def _try_all(w: LoopArrays, alone: bool) -> int:
         w.impacts.options[k] = _options(w, k, alone)
         total *= w.impacts.options[k]
     if total > MOST_TRIALS:
-        return PAINLEVE
+        return MANY_CONTACTS
     for _ in range(total):
         for k in range(n):
             _set(w, k, alone)
@@ -321,5 +342,7 @@ def log_openings(w: LoopArrays, starting: bool) -> int:
         changed += 1
         if w.limits.keep_events:
             store_event(w, w.openings.number[k], old, new)
-            w.stored.event_t[w.counts.kept_events - 1] += w.clock.late if old == OPEN and new != OPEN else 0.0
+            rests, last = old == OPEN and new != OPEN, w.counts.kept_events - 1
+            if rests and w.clock.late > 0.0:
+                w.stored.event_t[last] = min(w.stored.event_t[last] + w.clock.late, w.clock.t_end)
     return changed

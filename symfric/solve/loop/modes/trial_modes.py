@@ -8,7 +8,7 @@ several solutions, and if no mode is right they have none: the paradox of Painle
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS
-from symfric.solve.loop.codes import OK, PAINLEVE, UNDECIDED
+from symfric.solve.loop.codes import MANY_CONTACTS, OK, PAINLEVE, UNDECIDED
 from symfric.solve.loop.events.impacts import (
     AFTER,
     LEAST,
@@ -183,7 +183,7 @@ def _try_all(w: LoopArrays, n_x: int, n_c: int) -> int:
         w.impacts.options[k] = _options_of_opening(w, k) if k < n else _options_of_line(w, k - n)
         total *= w.impacts.options[k]
     if total > MOST_TRIALS:
-        return UNDECIDED
+        return MANY_CONTACTS
     best = -1
     for _ in range(total):
         sticking = _set(w, n, n_c)

@@ -5,6 +5,7 @@ import numpy as np
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import FOLLOWS, HOLDS
 from symfric.solve.loop.codes import COUPLING, SLIP, TERMS
+from symfric.solve.loop.events.impacts import widen_slips
 from symfric.solve.loop.modes.layout import backward, direction, mode
 from symfric.solve.loop.modes.sticking_basis import share
 from symfric.solve.loop.precision import ROUNDING, TOUCH
@@ -25,6 +26,8 @@ def try_sticking(w: LoopArrays, n_x: int, n_c: int) -> None:
     for r in range(n_x + 1):  # if everything comes to rest at once, rounding is relative to the previous velocities
         w.step.end[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
     measure(w, w.step.end, w.span)
+    if w.openings.variable.size:
+        widen_slips(w, n_c)
     for i in range(n_c):
         w.selection.old[i] = mode(w, i)
         w.selection.zero[i] = w.selection.old[i] == 0 or w.guards.hit[backward(i)] != 0

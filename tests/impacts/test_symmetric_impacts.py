@@ -1,0 +1,89 @@
+"""Symmetric scenes: flat landings whose slips hold rounding only, mirror images, many contacts at once."""
+
+import math
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import symfric as sf
+
+X, Y, TH, U, V, OM = sp.symbols("x y th u v om", real=True)
+E, MU = sp.symbols("e mu", nonnegative=True)
+G = 9.81
+WIDE, HIGH = 0.1, 0.2
+LANDINGS = [(h, e, mu) for h in np.linspace(0.05, 0.8, 12) for e in (0.2, 0.4, 0.6, 0.8) for mu in (0.1, 0.5)]
+
+
+@cache
+def block(order=1):
+    """Return the program of a block above a floor that it meets with two corners."""
+    s, c = sp.sin(TH), sp.cos(TH)
+    corners = [("left", -WIDE, -HIGH), ("right", WIDE, -HIGH)][::order]
+    contacts = [
+        sf.Contact(
+            name,
+            U - OM * (dx * s + dy * c),
+            sf.Unilateral(Y + dx * s + dy * c, restitution=E),
+            sf.laws.coulomb(MU),
+        )
+        for name, dx, dy in corners
+    ]
+    system = sf.System([X, Y, TH], [U, V, OM], sp.diag(1, 1, sp.Rational(1, 60)), [0, -G, 0])
+    start = dict.fromkeys((X, TH, U, V, OM), 0.0) | {Y: 1.0}
+    return sf.prepare(sf.Scene(system, contacts, {E: 0.4, MU: 0.5}, start, 3.0))
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_block_dropped_flat_comes_to_rest(order):
+    """Its corners strike together, and its slips hold what impulses leave of rounding: they are zero."""
+    for height, e, mu in LANDINGS[:: 1 if order > 0 else 7]:
+        run = block(order).run(values={E: e, MU: mu}, initial={Y: HIGH + height})
+        assert run.status == sf.Status.OK, (height, e, mu)
+        end = math.sqrt(2 * height / G) * (1 + e) / (1 - e)
+        if end < 3.0:
+            assert np.max(np.abs(run.final - [0, HIGH, 0, 0, 0, 0])) < 1e-13
+            assert [x.t for x in run.events[-2:]] == pytest.approx([end, end], rel=1e-7)
+        assert max(event.t for event in run.events) <= 3.0
+
+
+@pytest.mark.parametrize("height", [0.0, 0.1, 0.5])
+def test_energy_of_a_plastic_landing_balances(height):
+    """All of it is lost at once, so that none is left to measure the residual by but what was."""
+    run = block().run(values={E: 0.0, MU: 0.5}, initial={Y: HIGH + height})
+    assert run.energy_residual() < 1e-12
+
+
+def test_mirror_images_move_as_mirror_images():
+    mirror = np.array([-1, 1, -1, -1, 1, -1])
+    rng = np.random.default_rng(11)
+    for _ in range(12):
+        angle, spin, way = rng.uniform(-1, 1), rng.uniform(-3, 3), rng.uniform(-2, 2)
+        height = HIGH * math.cos(angle) + WIDE * abs(math.sin(angle)) + 0.1
+        values = {E: rng.uniform(0.0, 0.6), MU: rng.uniform(0.0, 1.0)}
+        one, other = (
+            block(side).run(values=values, initial={Y: height, TH: side * angle, OM: side * spin, U: side * way})
+            for side in (1, -1)
+        )
+        assert other.checked().final * mirror == pytest.approx(one.checked().final, abs=1e-7)
+        assert len(one.events) == len(other.events)
+
+
+def row(n):
+    """Return n equal balls that touch in a row, struck by the first."""
+    x, u = sp.symbols(f"x:{n}", real=True), sp.symbols(f"u:{n}", real=True)
+    contacts = [sf.Contact(f"{i}", None, sf.Unilateral(x[i + 1] - x[i], restitution=1)) for i in range(n - 1)]
+    start = dict.fromkeys((*x, *u), 0.0) | {x[0]: -0.5, u[0]: 1.0}
+    return sf.Scene(sf.System([*x], [*u], sp.eye(n), [0] * n), contacts, {}, start, 1.0)
+
+
+def test_balls_that_touch_are_struck_together():
+    run = sf.simulate(row(12)).checked()  # as one body of eleven times the mass, at a restitution of one
+    assert run.final[12:] == pytest.approx([-10 / 12, *[2 / 12] * 11], abs=1e-14)
+
+
+def test_too_many_contacts_at_once_are_said_to_be():
+    run = sf.simulate(row(17))
+    assert run.status == sf.Status.MANY_CONTACTS
+    assert "touch at once" in run.advice
