@@ -31,6 +31,7 @@ from symfric.lower.mode_layout import ModeLayout
 from symfric.lower.normal_forces import least_normal_forces, with_normal_forces
 from symfric.lower.spring_sliders import transition_of
 from symfric.model.constant_parameters import constants
+from symfric.model.in_plane import with_speeds
 from symfric.model.outputs import dissipated_power, friction_force, normal_force, slip, stored_energy
 from symfric.model.scene import Scene
 
@@ -224,6 +225,12 @@ def observed(model: ContactDynamics, friction: ca.SX, rows: Sequence[sp.Expr]) -
         stored, gained = model.energy(i)
         model.define(stored_energy(c.name), load[i] * stored)
         model.define(dissipated_power(c.name), -friction[i] * w[i] - load[i] * gained)
+    for i in planes:
+        factors = contacts[i].ellipse or (1, 1)
+        across = contacts[i].across
+        assert across is not None
+        slips = (contacts[i].slip / factors[0], across / factors[1])
+        rows = [with_speeds(expr, contacts[i].name, slips) for expr in rows]
     observables = model.vector(list(rows))
     _ = model.z_rate  # its kinks are switches with guards, too
     lifting = [

@@ -1,9 +1,12 @@
-"""Contacts in the plane: what takes those along a line only says so, and the two lines along which one is drawn."""
+"""Contacts in the plane: what takes those along a line only says so, the lines along which one is drawn, its speed."""
 
 from collections.abc import Sequence
 from dataclasses import replace
 
+import sympy as sp
+
 from symfric.errors import SceneError
+from symfric.model.outputs import slip
 from symfric.model.system import Contact
 
 
@@ -22,3 +25,18 @@ def along_lines(contact: Contact) -> tuple[Contact, ...]:
         replace(contact, name=f"{contact.name}, {k}", slip=w, across=None, ellipse=None)
         for k, w in enumerate(contact.slips)
     )
+
+
+def with_speeds(expr: sp.Expr, name: str, slips: tuple[sp.Expr, sp.Expr]) -> sp.Expr:
+    """Return an expression in which the length of the slip vector of a contact is its speed ``sf.slip(name)``.
+
+    As a root, such as ``sqrt(u**2 + w**2)``, it has no series where the contact is at rest; the speed has.
+    """
+    square = sp.expand(slips[0] ** 2 + slips[1] ** 2)
+    roots = [e for e in expr.atoms(sp.Pow) if e.base.is_Add and (2 * e.exp).is_odd]
+    found: dict[sp.Pow, sp.Expr] = {}
+    for root in roots:
+        factor = sp.cancel(sp.expand(root.base) / square) if root.free_symbols >= square.free_symbols else square
+        if factor.is_number and factor.is_positive:
+            found[root] = sp.Pow(factor, root.exp) * slip(name) ** (2 * root.exp)
+    return expr.xreplace(found)

@@ -354,7 +354,8 @@ class Contact:
         object.__setattr__(self, "across", slips[1])
         if isinstance(self.normal, Unilateral):
             raise SceneError(
-                f"contact {self.name!r} slides in the plane and opens; in the plane its normal load must be given"
+                f"contact {self.name!r} slides in the plane and opens; in the plane its normal load must be given: let "
+                "a stiff spring press it, normal=sympy.Max(0, -k*gap), which is a force of the system, too"
             )
         if self.stiffness is not None or (isinstance(self.law, Law) and (self.law.memory or self.law.smooth)):
             what = "a stiffness" if self.stiffness is not None else "a law with memory or a regularised one"

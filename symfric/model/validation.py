@@ -74,7 +74,7 @@ def _check_plane(system: System, contact: Contact, contacts: tuple[Contact, ...]
         if other.unilateral is not None:
             raise SceneError(
                 f"contact {contact.name!r} slides in the plane and contact {other.name!r} opens; one scene takes the "
-                "one or the other"
+                "one or the other: in place of the gap write a stiff spring into the forces, sympy.Max(0, -k*gap)"
             )
     for e in contact.ellipse or ():
         if e.free_symbols & {*system.states, *system.rows, TIME}:

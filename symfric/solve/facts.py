@@ -103,7 +103,8 @@ def warn_of_redundance(names: tuple[str, ...]) -> None:
     """Log once that the forces of redundant contacts are not determined separately."""
     logging.getLogger("symfric").warning(
         "redundant contacts: the slip of %s follows from that of others; the motion is unique, the forces while they "
-        "stick are not: parallel ones share them in proportion to their bounds, any other carries nothing until "
-        "another has reached its bound",
+        "stick are not: parallel ones share them in proportion to their bounds, any other along a line carries nothing "
+        "until another has reached its bound; in the plane a run ends as UNDECIDED where feet of a body that turns "
+        "come to rest",
         ", ".join(names),
     )

@@ -47,11 +47,14 @@ ADVICE = {
     "zero, from where it falls again; look at run.events[-20:], check that static friction is not smaller than kinetic "
     "friction, and take a contact for impacts that come to rest",
     Status.NOT_FINITE: "the motion or a force is not finite; look at the final state, at values that make the mass "
-    "zero or negative, and at divisions and roots in the forces",
+    "zero or negative, and at divisions and roots in forces and integrals: the length of a slip is sf.slip(name), that "
+    "of another vector has no series where it is zero",
     Status.LOST_CONTACT: "a normal load became negative: the bodies separate, which the contact does not model; write "
     "the load as Max(load, 0) if they may",
     Status.UNDECIDED: "no combination of sticking and slipping satisfies the friction laws here: a static coefficient "
-    "is smaller than the kinetic one at rest, or contacts on the same body exclude each other",
+    "is smaller than the kinetic one at rest, or contacts on the same body exclude each other; or contacts in the "
+    "plane hold a motion more than once, as feet of a body that turns, so that their forces at rest are not "
+    "determined: put each foot on a small mass that a stiff spring and a damper hold to the body",
     Status.INTEGRATOR: "the integrator failed, or slips of contacts are so nearly equal that its error decides which "
     "one sticks; loosen the tolerance or use route='taylor'",
     Status.NO_DERIVATIVE: "the motion is correct to the end, but not differentiable: it grazes, two events coincide in "

@@ -8,6 +8,7 @@ import sympy as sp
 
 import symfric as sf
 from symfric.errors import NoRoute
+from symfric.model.in_plane import with_speeds
 from tests.plane.plane_reference import Simulator
 from tests.plane.plane_scenes import drawn
 
@@ -205,3 +206,20 @@ def test_bad_contacts_are_named(changed, words):
 def test_what_takes_lines_alone_says_so(question):
     with pytest.raises((sf.SceneError, NoRoute), match=r"plane|vector"):
         question(dragged())
+
+
+def test_the_length_of_a_slip_written_by_hand_is_its_speed():
+    """As a root it has no series where the contact stops, so that its integral would have no value."""
+    slips, speed = (u - 0.2, 3 * w), sf.slip("table")
+    square = (u - 0.2) ** 2 + 9 * w**2
+    for written, told in (
+        (sp.sqrt(square), speed),
+        (2 / sp.sqrt(sp.expand(square)) + x, 2 / speed + x),
+        (sp.expand(4 * square) ** sp.Rational(3, 2), 8 * speed**3),
+        (sp.sqrt(u**2 + 9 * w**2), sp.sqrt(u**2 + 9 * w**2)),
+        (square, square),
+    ):
+        assert sp.simplify(with_speeds(written, "table", slips) - told) == 0
+    wanted = {"way": sf.Integral(speed), "by hand": sf.Integral(sp.sqrt((u - 0.2) ** 2 + w**2))}
+    run = sf.simulate(dragged().wanting(wanted)).checked()
+    assert run["by hand"] == run["way"] > 0

@@ -16,7 +16,7 @@ t = sf.TIME
 RELEASE = 0.5  # time at which the pull reaches the friction
 
 
-def pulled(plane, extra, load=1, law=sf.laws.coulomb(0.5), horizon=40.0):
+def pulled(plane, extra, load=1, horizon=40.0):
     """Return a block that a growing force pulls, with a neighbour that slides to its stop at RELEASE + .01."""
     c, s = (0.6, 0.8) if plane else (1, 0)
     along = c * x + s * y
@@ -26,7 +26,7 @@ def pulled(plane, extra, load=1, law=sf.laws.coulomb(0.5), horizon=40.0):
     forces = [c * force, s * force, 0] if plane else [force, 0]
     slip = (u, w) if plane else u
     start = dict.fromkeys((*q, *v), 0.0) | {U: RELEASE + 0.01}
-    contacts = [sf.Contact("table", slip, load, law), stop]
+    contacts = [sf.Contact("table", slip, load, sf.laws.coulomb(0.5)), stop]
     wanted = {"events": sf.Events()}
     return sf.Scene(sf.System(q, v, sp.eye(len(q)), forces), contacts, {}, start, horizon, wanted)
 
