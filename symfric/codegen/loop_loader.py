@@ -18,7 +18,7 @@ import llvmlite.binding as llvm
 
 from symfric.codegen.array_table import Table
 from symfric.codegen.object_cache import load, store
-from symfric.codegen.shipped_loops import shipped_object
+from symfric.codegen.shipped_loops import content_key, shipped_object
 from symfric.codegen.target import link, target_key
 from symfric.locks import SYMBOLIC, alone
 from symfric.time_limit import untimed
@@ -131,7 +131,7 @@ def _key(module: str) -> str:
 
 def sources_key(module: str, followed: tuple[str, ...] = FOLLOWED) -> str:
     """Return a key that changes with the sources of a module."""
-    return hashlib.sha256(b"".join(f.read_bytes() for f in sources(module, followed))).hexdigest()
+    return content_key(sources(module, followed))
 
 
 def sources(module: str, followed: tuple[str, ...] = FOLLOWED) -> list[Path]:

@@ -7,7 +7,6 @@ takes them: other versions of Python, numba and llvmlite give other code.
 """
 
 import os
-import platform
 import subprocess
 import sys
 
@@ -16,30 +15,32 @@ from symfric.codegen.shipped_loops import (
     UNREADABLE,
     bitcode,
     compilers,
+    family,
+    for_family,
+    machine_code_place,
     place,
     shipped_code,
     shipped_header,
+    shipped_machine_code,
     write_shipped,
 )
 
 CHECK, MADE_WITH = "--check", "--made-with"
-# No instruction of the intermediate code shall depend on this very processor.
-_FAMILY = {"x86_64": "x86-64-v3", "amd64": "x86-64-v3"}
 
 
 def write() -> None:
     """Compile every loop and write its file."""
     for module in LOOPS:
-        path = write_shipped(module, sources(module), *optimised(module))
-        print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
+        for path in write_shipped(module, sources(module), *optimised(module)):
+            print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
 
 
 def check(modules: tuple[str, ...] = LOOPS) -> list[str]:
     """Compile loops and return a line for each whose file holds other code."""
-    complaints = []
+    complaints, own = [], family()
     for module in modules:
         try:
-            made, code = shipped_header(module), shipped_code(module)
+            made, code, ready = shipped_header(module), shipped_code(module), shipped_machine_code(module)
         except UNREADABLE as error:
             complaints.append(f"{module}: its file cannot be read ({error}); write it anew")
             continue
@@ -52,6 +53,8 @@ def check(modules: tuple[str, ...] = LOOPS) -> list[str]:
         function, text = optimised(module)
         if made["function"] != function or code != bitcode(text):
             complaints.append(f"{module}: its file {place(module).name} holds other code than its sources give")
+        elif own is not None and ready is not None and ready != for_family(code, own):
+            complaints.append(f"{module}: {machine_code_place(module).name} holds other code than its sources give")
         else:
             print(f"{module}: the same")
     return complaints
@@ -84,9 +87,10 @@ def main(arguments: list[str]) -> int:
 
 
 if __name__ == "__main__":
-    family = _FAMILY.get(platform.machine().lower())
-    if family and os.environ.get("NUMBA_CPU_NAME") != family:
-        chosen = {**os.environ, "NUMBA_CPU_NAME": family, "NUMBA_CPU_FEATURES": ""}
+    # no instruction of the intermediate code shall depend on this very processor
+    own = family()
+    if own is not None and os.environ.get("NUMBA_CPU_NAME") != own.name:
+        chosen = {**os.environ, "NUMBA_CPU_NAME": own.name, "NUMBA_CPU_FEATURES": ""}
         command = [sys.executable, "-m", "symfric.codegen.ship", *sys.argv[1:]]
         sys.exit(subprocess.run(command, env=chosen).returncode)
     sys.exit(main(sys.argv[1:]))

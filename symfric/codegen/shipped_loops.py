@@ -1,9 +1,11 @@
-"""The event loops as optimised intermediate code of LLVM, shipped with the package for each family of processors.
+"""The event loops, shipped with the package for each family of processors as code that is made already.
 
 To compile a loop from its sources takes numba half a minute. Nearly all of it is spent on the way to the optimised
-intermediate code, which is the same for all processors of a family; machine code for the present one takes a second
-more. ``python -m symfric.codegen.ship`` writes the files anew, and with ``--check`` compiles the loops and compares
-them with the files, bit for bit; one that does not belong to the present sources is not used.
+intermediate code of LLVM, which is the same for all processors of a family; machine code for the present one takes some
+seconds more. So there is a file of intermediate code, for every system and version of LLVM that reads it, and beside it
+one of machine code that any processor of the family runs, for the system on which it was made. ``python -m
+symfric.codegen.ship`` writes the files anew, and with ``--check`` compiles the loops and compares them with the files,
+bit for bit; one that does not belong to the present sources is not used.
 """
 
 import ast
@@ -13,17 +15,42 @@ import lzma
 import platform
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
 
-from symfric.codegen.target import target_machine, target_triple
+from symfric.codegen.target import family_machine, processor_features, target_machine, target_triple
 
 FOLDER = Path(__file__).with_name("shipped")
 _OPTIMISATION = 3  # of the machine code, as numba has it
 _MAX_UNPACKED = 1 << 28  # bytes
 #: What a damaged file leads to.
 UNREADABLE = OSError, EOFError, lzma.LZMAError, ValueError, KeyError, TypeError, AttributeError, RuntimeError
+
+
+class Family(NamedTuple):
+    """Processors that run the same machine code.
+
+    Attributes
+    ----------
+    name : str
+        In LLVM.
+    needs : frozenset of str
+        What each of them can do, by the names that LLVM has for it.
+    """
+
+    name: str
+    needs: frozenset[str]
+
+
+_V2 = frozenset({"cx16", "popcnt", "sahf", "sse3", "sse4.1", "sse4.2", "ssse3"})
+_V3 = Family("x86-64-v3", _V2 | {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "xsave"})
+_FAMILIES = {"x86_64": _V3, "amd64": _V3}
+
+
+def family() -> Family | None:
+    """Return the family for which this machine makes files; None if there is none."""
+    return _FAMILIES.get(platform.machine().lower())
 
 
 def shipped_object(module: str, sources: list[Path]) -> bytes | None:
@@ -34,28 +61,66 @@ def shipped_object(module: str, sources: list[Path]) -> bytes | None:
     module : str
         Of the loop.
     sources : list of Path
-        The files from which it is compiled; other sources, another major version of LLVM, or another kind of processor
-        or system than those of the shipped file give None.
+        The files from which it is compiled. Where they are others than those of the shipped files, or the processor or
+        system is of another kind, the result is None; also where there is no machine code for it and the intermediate
+        code is of another major version of LLVM.
     """
-    try:
-        known, bitcode = _read(module)
-        if known["made for"] != conditions() or known["sources"] != meaning(sources):
-            return None
-        function: bytes = known["function"].encode()
-        code: bytes = target_machine(_OPTIMISATION).emit_object(llvm.parse_bitcode(bitcode))
-    except UNREADABLE:
-        return None
-    return function + b"\n" + code
+    for read in (_machine_code, _compiled_code):
+        try:
+            known, code = read(module, sources)
+        except UNREADABLE:
+            continue
+        return known["function"].encode() + b"\n" + code
+    return None
+
+
+def _machine_code(module: str, sources: list[Path]) -> tuple[dict[str, Any], bytes]:
+    """Return header and machine code of a file of machine code."""
+    known, code = _read(machine_code_place(module))
+    own = family()
+    if own is None or known["made for"] != machine_conditions(own) or not own.needs <= processor_features():
+        raise ValueError("for other processors")
+    _check_sources(known, sources)
+    return known, code
+
+
+def _compiled_code(module: str, sources: list[Path]) -> tuple[dict[str, Any], bytes]:
+    """Return the header of a file of intermediate code, and the machine code for this processor."""
+    known, code = _read(place(module))
+    if known["made for"] != conditions():
+        raise ValueError("for another system")
+    _check_sources(known, sources)
+    return known, target_machine(_OPTIMISATION).emit_object(llvm.parse_bitcode(code))
+
+
+def _check_sources(known: dict[str, Any], sources: list[Path]) -> None:
+    """Raise ValueError if a file was made from other sources; to compare their bytes is faster than their meaning."""
+    if known.get("bytes") != content_key(sources) and known["sources"] != meaning(sources):
+        raise ValueError("of other sources")
+
+
+def content_key(sources: list[Path]) -> str:
+    """Return a key that changes with every byte of source files."""
+    return hashlib.sha256(b"".join(f.read_bytes() for f in sources)).hexdigest()
 
 
 def shipped_header(module: str) -> dict[str, Any]:
-    """Return what a shipped file says of itself."""
-    return _read(module)[0]
+    """Return what a shipped file of intermediate code says of itself."""
+    return _read(place(module))[0]
 
 
 def shipped_code(module: str) -> bytes:
     """Return the intermediate code in a shipped file, as bitcode."""
-    return _read(module)[1]
+    return _read(place(module))[1]
+
+
+def shipped_machine_code(module: str) -> bytes | None:
+    """Return the machine code in a shipped file; None where none is made for this system."""
+    own = family()
+    if own is None:
+        return None
+    known, code = _read(machine_code_place(module))
+    return code if known["made for"] == machine_conditions(own) else None
 
 
 def bitcode(text: str) -> bytes:
@@ -63,17 +128,22 @@ def bitcode(text: str) -> bytes:
     return bytes(llvm.parse_assembly(text).as_bitcode())
 
 
-def _read(module: str) -> tuple[dict[str, Any], bytes]:
+def for_family(code: bytes, own: Family) -> bytes:
+    """Return the machine code that all processors of a family run, from bitcode."""
+    return bytes(family_machine(own.name, _OPTIMISATION).emit_object(llvm.parse_bitcode(code)))
+
+
+def _read(file: Path) -> tuple[dict[str, Any], bytes]:
     unpacker = lzma.LZMADecompressor(memlimit=_MAX_UNPACKED)
-    content = unpacker.decompress(place(module).read_bytes(), _MAX_UNPACKED)
+    content = unpacker.decompress(file.read_bytes(), _MAX_UNPACKED)
     if not unpacker.eof:
-        raise EOFError(module)
+        raise EOFError(file.name)
     header, _, code = content.partition(b"\n")
     return json.loads(header), code
 
 
-def write_shipped(module: str, sources: list[Path], function: str, text: str) -> Path:
-    """Write the intermediate code of a loop; return the file.
+def write_shipped(module: str, sources: list[Path], function: str, text: str) -> list[Path]:
+    """Write the code of a loop; return the files.
 
     Parameters
     ----------
@@ -84,21 +154,41 @@ def write_shipped(module: str, sources: list[Path], function: str, text: str) ->
     text : str
         The optimised intermediate code.
     """
-    header = {"function": function, "sources": meaning(sources), "made for": conditions(), "made with": compilers()}
-    content = json.dumps(header).encode() + b"\n" + bitcode(text)
-    FOLDER.mkdir(exist_ok=True)
-    place(module).write_bytes(lzma.compress(content, preset=9 | lzma.PRESET_EXTREME))
-    return place(module)
+    made_from = {"function": function, "sources": meaning(sources), "bytes": content_key(sources)}
+    code = bitcode(text)
+    files = [_written_file(place(module), {**made_from, "made for": conditions()}, code)]
+    own = family()
+    if own is not None:
+        header = {**made_from, "made for": machine_conditions(own)}
+        files.append(_written_file(machine_code_place(module), header, for_family(code, own)))
+    return files
+
+
+def _written_file(file: Path, known: dict[str, Any], code: bytes) -> Path:
+    content = json.dumps({**known, "made with": compilers()}).encode() + b"\n" + code
+    file.parent.mkdir(exist_ok=True)
+    file.write_bytes(lzma.compress(content, preset=9 | lzma.PRESET_EXTREME))
+    return file
 
 
 def place(module: str) -> Path:
-    """Return the file of a loop for the present family of processors."""
+    """Return the file of a loop's intermediate code for the present family of processors."""
     return FOLDER / f"{module}.{platform.machine().lower()}.bc.xz"
+
+
+def machine_code_place(module: str) -> Path:
+    """Return the file of a loop's machine code for the present family of processors."""
+    return FOLDER / f"{module}.{platform.machine().lower()}.o.xz"
 
 
 def conditions() -> list[str]:
     """Return what the intermediate code depends on besides the sources: LLVM and the kind of system."""
     return [str(llvm.llvm_version_info[0]), target_triple()]
+
+
+def machine_conditions(own: Family) -> list[str]:
+    """Return what machine code depends on besides the sources: the family of processors and the kind of system."""
+    return [own.name, target_triple()]
 
 
 def compilers() -> dict[str, str]:

@@ -22,6 +22,18 @@ def target_machine(opt: int) -> llvm.TargetMachine:
     return llvm.Target.from_default_triple().create_target_machine(opt=opt, cpu=cpu, features=features)
 
 
+def family_machine(family: str, opt: int) -> llvm.TargetMachine:
+    """Return an LLVM target machine for all processors of a family, by the name that LLVM has for it."""
+    _prepare()
+    return llvm.Target.from_default_triple().create_target_machine(opt=opt, cpu=family, features="")
+
+
+def processor_features() -> frozenset[str]:
+    """Return what this processor can do, by the names that LLVM has for it."""
+    _prepare()
+    return frozenset(name for name, has in llvm.get_host_cpu_features().items() if has)
+
+
 @cache
 def target_key() -> str:
     """Return the part of the cache key that identifies LLVM and the processor."""

@@ -119,6 +119,57 @@ def test_a_shipped_loop_that_is_damaged_or_of_other_sources_is_not_used(tmp_path
     assert shipped_loops.shipped_object(loop, sources(loop)) is None
 
 
+@pytest.fixture
+def small_loop(tmp_path, monkeypatch):
+    """Shipped files of a small loop, and its source."""
+    source = tmp_path / "loop.py"
+    source.write_text("LEFT = 1\n")
+    monkeypatch.setattr(shipped_loops, "FOLDER", tmp_path)
+    code = "define i64 @launch(i64 %x) {\n  ret i64 %x\n}\n"
+    shipped_loops.write_shipped("one.loop", [source], "launch", code)
+    return source
+
+
+def test_machine_code_is_taken_where_the_processor_runs_it_and_made_elsewhere(small_loop, monkeypatch):
+    if shipped_loops.family() is None:
+        pytest.skip("no machine code is shipped for this family of processors")
+    own = shipped_loops.family()
+    made, original = [], shipped_loops.target_machine
+    monkeypatch.setattr(shipped_loops, "target_machine", lambda opt: made.append(opt) or original(opt))
+    assert shipped_loops.shipped_object("one.loop", [small_loop]).startswith(b"launch\n")
+    assert made == ([] if own.needs <= shipped_loops.processor_features() else [3])
+    monkeypatch.setattr(shipped_loops, "processor_features", lambda: own.needs - {"fma"})
+    made.clear()
+    assert shipped_loops.shipped_object("one.loop", [small_loop]).startswith(b"launch\n")
+    assert made == [3]
+    small_loop.write_text("LEFT = 2\n")
+    assert shipped_loops.shipped_object("one.loop", [small_loop]) is None
+
+
+def test_other_comments_are_other_bytes_with_the_same_meaning(small_loop, monkeypatch):
+    asked, original = [], shipped_loops.meaning
+    monkeypatch.setattr(shipped_loops, "meaning", lambda files: asked.append(files) or original(files))
+    assert shipped_loops.shipped_object("one.loop", [small_loop]) is not None
+    assert asked == []
+    small_loop.write_text("LEFT = 1  # again\n")
+    assert shipped_loops.shipped_object("one.loop", [small_loop]) is not None
+    assert len(asked) == 1
+
+
+def test_machine_code_of_another_loop_is_found(tmp_path, monkeypatch):
+    made = _Made(tmp_path, monkeypatch)
+    if shipped_loops.family() is None:
+        pytest.skip("no machine code is shipped for this family of processors")
+    made.write()
+    place = shipped_loops.machine_code_place("one.loop")
+    right = place.read_bytes()
+    made.text = made.text.replace("ret i64 %x", "ret i64 7")
+    made.write()
+    place.write_bytes(right)
+    (fault,) = ship.check(("one.loop",))
+    assert place.name in fault
+
+
 class _Made:
     """A loop whose intermediate code is a text, for the check of the shipped files."""
 
@@ -142,7 +193,7 @@ def test_a_file_with_other_code_than_its_sources_give_is_found_whatever_its_head
     assert "other code" in fault
     monkeypatch.setattr(shipped_loops, "meaning", lambda _: "a hash written without compiling")
     made.text = made.text.replace("7", "8")
-    content = made.write()
+    content, *_ = made.write()
     made.text = made.text.replace("8", "9")
     assert len(ship.check(("one.loop",))) == 1
     content.write_bytes(b"damaged")
