@@ -200,7 +200,8 @@ def _answering(doc: Any, explorer: Explorer, figures: Named, made: Controls, not
         coordinate, contact = made.chosen()
         if state["shown"] != (coordinate, contact):
             state["shown"] = coordinate, contact
-            _label(figures, explorer, coordinate, contact)
+            with doc.models.freeze():  # each new label is a model, for which Bokeh would look through the page again
+                _label(figures, explorer, coordinate, contact)
         view = explorer.view(values, initial, coordinate, contact)
         # a stick ends at the first moment of sliding
         held = view.held | np.roll(view.held, 1) if view.held.size else view.held
