@@ -59,6 +59,7 @@ from .orbits.cycle import Orbit as Orbit, limit_cycle as limit_cycle
 from .orbits.frequency_response import frequency_response as frequency_response
 from .orbits.lyapunov import Lyapunov as Lyapunov, lyapunov as lyapunov
 from .orbits.poincare import PoincareSection as PoincareSection, poincare as poincare
+from .report.explorer.live import Exploration as Exploration, explore as explore
 from .scenefile.read import read as read
 from .solve.batch import Batch as Batch
 from .solve.casadi_function import as_function as as_function

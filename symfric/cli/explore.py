@@ -1,7 +1,6 @@
 """The command ``explore``."""
 
 import contextlib
-import socket
 from pathlib import Path
 
 import click
@@ -30,11 +29,11 @@ def explore(file: Path, port: int, opening: bool, as_json: bool, quiet: bool) ->
     scene_file = read_scene_file(file)
     if find_spec("bokeh") is None:
         raise SceneError("symfric explore needs Bokeh; install it with: python -m pip install 'symfric[explore]'")
-    _check_free(port)
     from symfric.report.explorer.page import page
-    from symfric.report.explorer.server import serve
+    from symfric.report.explorer.server import check_free, serve
     from symfric.report.explorer.views import explorer
 
+    check_free(port, "--port")
     with progress_on_stderr(quiet) as progress:
         progress("compiling", 0.0)
         prepared = explorer(scene_file)
@@ -49,12 +48,3 @@ def explore(file: Path, port: int, opening: bool, as_json: bool, quiet: bool) ->
 
     with contextlib.suppress(KeyboardInterrupt):
         serve(page(prepared), port, ready)
-
-
-def _check_free(port: int) -> None:
-    """Raise if the port is in use."""
-    try:
-        with socket.create_server(("127.0.0.1", port)):
-            pass
-    except OSError:
-        raise SceneError(f"port {port} cannot be used: it is taken or not allowed; name another with --port") from None

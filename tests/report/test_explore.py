@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import sympy as sp
 from click.testing import CliRunner
 
 import symfric as sf
@@ -148,6 +149,67 @@ def test_a_number_beyond_its_slider_is_taken_and_reset(two):
     press(two("reset"))
     assert (slider.value, slider.end, entry.value, two("number of start of x1").value) == (1.0, end, 1.0, 0.0)
     assert two("history").data["y"] == pytest.approx(before)
+
+
+def test_curves_are_kept_for_comparison(two):
+    """Two settings beside each other; the legend names what is there and nothing else."""
+
+    def named(figure):
+        return {str(entry.label.value) for entry in two(figure).legend[0].items if entry.visible}
+
+    assert named("phase portrait") == {"sticking"}
+    assert named("friction") == {"law"}  # no fast excitation
+    first = two("history").data["y"]
+    two("compare").active = True
+    two("m1").value = 2.0
+    assert two("before history").data["y"] == pytest.approx(first)
+    assert two("before amplitude").data["x"].size > 0
+    assert np.max(np.abs(two("history").data["y"][:100] - first[:100])) > 1e-3
+    assert named("phase portrait") == {"sticking", "before", "sticking, before"}
+    two("compare").active = False
+    assert two("before history").data["y"].size == 0
+    assert named("phase portrait") == {"sticking"}
+    press(two("reset"))
+
+
+def test_sliders_move_in_round_numbers(belt, two):
+    for r in (*belt.ranges, *belt.starts):
+        assert f"{r.step:.6e}"[:8] in ("1.000000", "2.000000", "5.000000"), r
+        assert r.low <= r.value <= r.high
+        for end in {r.low, r.high} - {r.value}:
+            assert end / r.step == pytest.approx(round(end / r.step), abs=1e-9)
+            assert len(f"{end:.12g}") < 8
+        assert 80 <= (r.high - r.low) / r.step <= 201
+    assert two("m1").step == 0.02
+
+
+def test_errors_of_the_motion_do_not_fill_a_figure(two):
+    """The least height of a figure is far above what settling leaves, and far below the motion."""
+    for shown in (two("motion"), two("phase portrait")):
+        assert 1e-5 < shown.y_range.min_interval < 0.01
+
+
+def test_a_page_from_python_is_served_until_it_is_stopped():
+    pytest.importorskip("bokeh", reason="bokeh is not installed: pip install '.[explore]'")
+    page = sf.explore(sf.read(EXAMPLES / "belt.toml"), height=500)
+    port = int(page.address.rstrip("/").rpartition(":")[2])
+    assert answer_to(port, "/", f"Host: localhost:{port}")[0] == 200
+    assert answer_to(port, "/", "Host: evil.example")[0] == 403
+    assert page.address in page._repr_html_()
+    with pytest.raises(sf.SceneError, match=f"port {port} cannot be used: .* with port="):
+        sf.explore(sf.scenes.mass_on_belt(v_b=0.2), port=port)
+    page.stop()
+    wait(lambda: not taken(port))
+    x, u = sp.symbols("x u", real=True)
+    unchangeable = sf.Scene(sf.System([x], [u], [[1]], [-x]), [], {}, {x: 1.0, u: 0.0}, 1.0)
+    with pytest.raises(sf.SceneError, match="no values to change"):
+        sf.explore(unchangeable)
+
+
+def taken(port: int) -> bool:
+    """Return whether something listens on a port of this machine."""
+    with socket.socket() as tried:
+        return tried.connect_ex(("127.0.0.1", port)) == 0
 
 
 def press(button) -> None:

@@ -6,7 +6,6 @@ from typing import Any
 
 from symfric.report.explorer.views import Explorer, SliderRange
 
-STEPS = 200
 # what a browser does with the text of a saved file, once the server has sent it
 DOWNLOAD = """
 const text = cb_obj.data.text[0];
@@ -33,6 +32,8 @@ class Controls:
     coordinate, contact : Select or None
         None where there is one only.
     reset, save : Button
+    compare : Toggle
+        While it is on, the curves that were shown when it was switched on stay beside the new ones.
     saved : ColumnDataSource
         What the browser saves: a file's text and name.
     """
@@ -43,6 +44,7 @@ class Controls:
     contact: Any
     reset: Any
     save: Any
+    compare: Any
     saved: Any
 
     def numbers(self) -> tuple[dict[str, float], dict[str, float]]:
@@ -59,7 +61,7 @@ class Controls:
 def controls(explorer: Explorer) -> Controls:
     """Return the widgets, with the values of the file."""
     from bokeh.models import ColumnDataSource, CustomJS
-    from bokeh.models.widgets import Button
+    from bokeh.models.widgets import Button, Toggle
 
     saved = ColumnDataSource({"text": [""], "file": [""]})
     saved.js_on_change("data", CustomJS(code=DOWNLOAD))
@@ -69,8 +71,9 @@ def controls(explorer: Explorer) -> Controls:
         {r.name: _number(r, "start of ") for r in explorer.starts},
         _choice([q.name for q in scene.system.q], "coordinate"),
         _choice([c.name for c in scene.contacts if not c.frictionless], "contact"),
-        Button(label="Reset", name="reset", width=90),
-        Button(label="Save as TOML", name="save", width=140, disabled=explorer.tables is None),
+        Button(label="Reset", name="reset", width=70),
+        Button(label="Save as TOML", name="save", width=110, disabled=explorer.tables is None),
+        Toggle(label="Compare", name="compare", width=90),
         saved,
     )
 
@@ -79,16 +82,17 @@ def _number(r: SliderRange, before: str = "") -> tuple[Any, Any]:
     """Return a slider and the field of its number."""
     from bokeh.models.widgets import NumericInput, Slider
 
-    name, step = before + r.name, (r.high - r.low) / STEPS
+    name = before + r.name
     slider = Slider(
         start=r.low,
         end=r.high,
         value=r.value,
-        step=step,
+        step=r.step,
         title="",
         show_value=False,
         name=name,
-        width=180,
+        width=175,
+        margin=(5, 5, 5, 10),  # the knob at the lower end needs room
         align="center",
     )
     return slider, NumericInput(value=r.value, mode="float", name=f"number of {name}", width=100)

@@ -2,6 +2,7 @@
 
 import contextlib
 import signal
+import socket
 import threading
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -16,6 +17,8 @@ from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPServerRequest
 from tornado.ioloop import IOLoop
 from tornado.web import ErrorHandler
+
+from symfric.errors import SceneError
 
 FORBIDDEN = 403
 
@@ -50,6 +53,17 @@ def _host_of(origin: str) -> str:
     return host if scheme == "http" and urlsplit(f"//{host}").netloc == host else ""
 
 
+def check_free(port: int, option: str) -> None:
+    """Raise if the port is in use; `option` names another one."""
+    try:
+        with socket.create_server(("127.0.0.1", port)):
+            pass
+    except OSError:
+        raise SceneError(
+            f"port {port} cannot be used: it is taken or not allowed; name another with {option}"
+        ) from None
+
+
 def serve(fill: Callable[[Any], None], port: int, ready: Callable[[str], None]) -> None:
     """Serve a page on the loopback address until interrupted.
 
@@ -60,7 +74,8 @@ def serve(fill: Callable[[Any], None], port: int, ready: Callable[[str], None]) 
     port : int
         0 for any that is free.
     ready : callable ``(address) -> None``
-        Called once the page can be opened.
+        Called once the page can be opened, in the thread that serves it; an interrupt or ``IOLoop.current().stop``
+        ends it.
     """
     sockets, port = bind_sockets("127.0.0.1", port)
     application = OwnPages({"/": Application(FunctionHandler(fill))}, port)

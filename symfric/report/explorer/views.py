@@ -28,7 +28,7 @@ from symfric.solve.run import Run
 Numbers = Mapping[str, float]
 NO_NUMBERS: Numbers = MappingProxyType({})
 Evaluated = Callable[..., Any]
-SAMPLES, SPEEDS, PHASES, POINTS = 3000, 160, 1000, 33
+SAMPLES, SPEEDS, PHASES, POINTS, STEPS = 3000, 160, 1000, 33, 200
 SHOWN = 0.25  # last fraction of the horizon shown under a fast excitation, which would fill the phase portrait
 TOLERANCE = 1e-7
 SETTLE = 4  # settling time in horizons before the amplitude is measured
@@ -45,6 +45,8 @@ class SliderRange:
     ----------
     name, unit : str
     low, high, value : float
+    step : float
+        A round number, of which both ends are multiples; a key of the keyboard moves the slider by it.
     """
 
     name: str
@@ -52,6 +54,20 @@ class SliderRange:
     low: float
     high: float
     value: float
+    step: float
+
+
+def slider_range(name: str, unit: str, low: float, high: float, value: float) -> SliderRange:
+    """Return a range in some `STEPS` round steps, within which the limits and the value lie."""
+    least = (high - low) / STEPS
+    decade = 10.0 ** np.floor(np.log10(least))
+    step = next(float(decade * m) for m in (1, 2, 5, 10) if decade * m >= 0.999 * least)
+    below, above = np.floor(low / step + 1e-9), np.ceil(high / step - 1e-9)
+    if low > 0 and below == 0:  # a positive value stays one
+        below = 1.0
+    # from the count of steps in decimal digits, without the rounding of a product
+    low, high = (float(f"{count * step:.12g}") for count in (below, above))
+    return SliderRange(name, unit, min(low, value), max(high, value), value, step)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,6 +114,8 @@ class Explorer:
         Parameter of the amplitude diagram; "" if there is none to sweep.
     speeds : ndarray, shape (POINTS,)
         Its values, in the order of computation: coarse first.
+    reach : ndarray, shape (n_x,)
+        Largest sizes of the states with the values of the file; what is far below them is not motion but its error.
     """
 
     file: SceneFile
@@ -106,6 +124,7 @@ class Explorer:
     starts: tuple[SliderRange, ...]
     swept: str
     speeds: np.ndarray
+    reach: np.ndarray
     motion: Program
     steady: Settling
     friction: tuple[Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]], ...]
@@ -205,6 +224,7 @@ def explorer(file: SceneFile) -> Explorer:
         _starts(file, path),
         swept,
         _coarse_first(speeds),
+        np.max(np.abs(path.x), axis=1),
         motion,
         Settling(scene, times, extremes, tolerance=TOLERANCE),
         tuple(_friction(file, contact, fastest) for contact in scene.contacts if not contact.frictionless),
@@ -222,7 +242,7 @@ def _starts(file: SceneFile, path: Run) -> tuple[SliderRange, ...]:
     for k, (state, value) in enumerate(file.scene.initial.items()):
         if isinstance(value, float):
             reach = 1.5 * (float(np.max(np.abs(path.x[k]))) or 1.0)
-            sliders.append(SliderRange(state.name, file.units.get(state.name, ""), -reach, reach, value))
+            sliders.append(slider_range(state.name, file.units.get(state.name, ""), -reach, reach, value))
     return tuple(sliders)
 
 
@@ -257,7 +277,7 @@ def _ranges(file: SceneFile, swept: str, speeds: np.ndarray) -> tuple[SliderRang
             high = float(bounds[symbol.name][1])
         if symbol.name == swept:
             low, high = min(float(speeds.min()), value), max(float(speeds.max()), value)
-        sliders.append(SliderRange(symbol.name, file.units.get(symbol.name, ""), low, high, float(value)))
+        sliders.append(slider_range(symbol.name, file.units.get(symbol.name, ""), low, high, float(value)))
     return tuple(sliders)
 
 

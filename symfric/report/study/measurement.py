@@ -30,6 +30,7 @@ from symfric.solve.plotting import motion_to_draw
 from symfric.solve.routes import simulate
 
 SAMPLES = 4000  # samples of a motion to draw
+END_SHOWN = 0.025  # last fraction of a motion that is sampled more densely, for the picture of its last periods
 MOST_STEPS = 40_000  # further samples, at the steps of a run; of more, at every second, third, ...
 MOST_CONTACTS = 40  # of which the loads and the energies are computed
 STRIKES = ("impact", "close")  # kinds of events
@@ -93,7 +94,8 @@ def motion(scene: Scene, also: Mapping[str, Output] = MappingProxyType({}), tole
     if not run.t_final > 0:
         run.checked()
     steps = run.t[run.t <= run.t_final]
-    t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), steps[:: 1 + steps.size // MOST_STEPS])
+    end = np.linspace((1 - END_SHOWN) * run.t_final, run.t_final, SAMPLES // 4)
+    t = np.union1d(np.linspace(0.0, run.t_final, SAMPLES), np.append(end, steps[:: 1 + steps.size // MOST_STEPS]))
     scalars = {k: float(v) for k, v in run.outputs.items() if isinstance(v, float)}
     t, x, _ = motion_to_draw(run, t)
     points = [s.name for s in scene.system.rows if s.name.isidentifier()]

@@ -17,7 +17,7 @@ from symfric.model.outputs import Max
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
 from symfric.orbits.steady_state import SETTLE, Schedule, Settling, Vibration
-from symfric.report.html.elements import heading, table
+from symfric.report.html.elements import heading, paragraph, table
 from symfric.report.html.words import number, percent
 from symfric.report.study.designs import wording
 from symfric.report.study.section import Progress, Section, StudyResult, answer
@@ -47,6 +47,8 @@ class ComparisonRow:
     predicted, computed : float
     unit : str
         Of both; "" if none is known.
+    caution : str
+        Why the formula is not made for this motion, so that the difference is no check; "" if it is.
     """
 
     quantity: str
@@ -54,6 +56,7 @@ class ComparisonRow:
     computed: float
     formula: str
     unit: str = ""
+    caution: str = ""
 
     @property
     def difference(self) -> float:
@@ -78,7 +81,7 @@ def _compute(study: StudyResult, tell: Progress) -> tuple[ComparisonRow, ...]:
         if made.design.value is not None:
             rows += of_design(file, made.plan, made.design.value)
     first = {r.quantity: i for i, r in reversed(list(enumerate(rows)))}
-    rows.sort(key=lambda r: first[r.quantity])  # grouped by quantity
+    rows.sort(key=lambda r: (first[r.quantity], bool(r.caution)))  # grouped by quantity, what applies first
     rows = [r for r in rows if math.isfinite(r.predicted) and math.isfinite(r.computed)]
     flutter = study[FLUTTER].value
     if flutter is not None and onset is not None:
@@ -120,11 +123,10 @@ def _of_vibration(
     amplitude = float(stable[-1])
     period = 2 * math.pi / float(flow.frequency_at(amplitude))
     words, units = "averaging, first order", file.units
-    if steady.stick_fraction > 0:
-        words += "; made for motion without sticking, and this one sticks"
+    caution = "made for motion without sticking, and this one sticks" if steady.stick_fraction > 0 else ""
     return [
-        ComparisonRow(f"half range of {name}", amplitude, steady.half_range, words, units.get(name, "")),
-        ComparisonRow("period", period, steady.period, words, units.get("t", "")),
+        ComparisonRow(f"half range of {name}", amplitude, steady.half_range, words, units.get(name, ""), caution),
+        ComparisonRow("period", period, steady.period, words, units.get("t", ""), caution),
     ]
 
 
@@ -142,9 +144,9 @@ def _of_belt(scene: Scene, onset: HopfPoint | None, steady: Vibration | None) ->
     amplitude = belt.stick_slip_amplitude if sticks else belt.pure_slip_amplitude
     frequency = belt.stick_slip_frequency if sticks else belt.pure_slip_frequency
     sources = (
-        ("Thomsen (28), (29)", "(28), (29) to second order")
+        ("Thomsen (28), (29), first order", "(28), (29) to second order")
         if sticks
-        else ("Thomsen (20), (16)", "(20) to second order")
+        else ("Thomsen (20), (16), first order", "(20) to second order")
     )
     for order, source in zip((1, 2), sources, strict=True):
         if steady is None:
@@ -217,14 +219,15 @@ def of_flutter(file: SceneFile, base: Scene, flutter: FlutterResult, onset: Hopf
     mu = coefficient_at(scene, at.value)
     opened = open_contacts(scene, at.value)
     near = min(flutter.map.critical, key=lambda p: abs(p.mu - mu) if np.isfinite(mu) else abs(p.omega - onset.omega))
-    words = "full matrices; computed: Hopf point"
+    words, caution = "full matrices; computed: Hopf point", ""
     if opened:
-        words += f"; made for closed contacts, and {opened[0]} is open there"
+        caution = f"made for closed contacts, and {opened[0]} is open there"
     elif any(c.law.kinetic.free_symbols & {SPEED} for c in scene.contacts):
-        words += "; made without the slope of the law"
+        caution = "made without the slope of the law"
+    what = f"{flutter.factor or 'coefficient of friction'} at the onset"
     return [
-        ComparisonRow(f"{flutter.factor or 'coefficient of friction'} at the onset", near.mu, mu, words),
-        ComparisonRow("angular frequency at the onset", near.omega, onset.omega, words, file.units.angular),
+        ComparisonRow(what, near.mu, mu, words, caution=caution),
+        ComparisonRow("angular frequency at the onset", near.omega, onset.omega, words, file.units.angular, caution),
     ]
 
 
@@ -248,13 +251,16 @@ def _page(study: StudyResult) -> Iterator[Markup]:
     if not comparisons:
         return
     yield heading("Predicted and computed", "comparison")
+    for formula, why in dict.fromkeys((r.formula, r.caution) for r in comparisons if r.caution):
+        text = f"{formula[0].upper()}{formula[1:]}: {why}. The table tells how far off it then is; it is no check."
+        yield paragraph(study.said(text))
     rows = [
         [
             study.said(r.quantity + (f" [{r.unit}]" if r.unit else "")),
             number(r.predicted),
             number(r.computed),
             percent(r.difference),
-            study.said(r.formula),
+            study.said("; ".join(filter(None, (r.formula, r.caution)))),
         ]
         for r in comparisons
     ]
@@ -262,7 +268,7 @@ def _page(study: StudyResult) -> Iterator[Markup]:
 
 
 def _data(_study: StudyResult, rows: tuple[ComparisonRow, ...]) -> list[dict[str, object]]:
-    names = ("quantity", "predicted", "computed", "difference", "formula", "unit")
+    names = ("quantity", "predicted", "computed", "difference", "formula", "unit", "caution")
     return [{name: getattr(r, name) for name in names} for r in rows]
 
 

@@ -34,6 +34,7 @@ from symfric.scenefile.units import output_unit
 from symfric.solve.plotting import acting
 
 MOST_COORDINATES = 6
+MANY, FEW = 25, 5  # periods from which on a motion fills its picture, and those of its end that another one shows
 STILL = 1e-4  # half range over the largest displacement below which a motion counts as at rest
 
 
@@ -92,11 +93,16 @@ def _page(study: StudyResult) -> Iterator[Markup]:
         yield note(f"Not computed: {answered.note}")
     else:
         yield paragraph(study.said(motion_in_words(answered.value, study.file)))
-        yield gallery(pictures(answered.value, study.file), study.said)
+        steady = study[STEADY].value
+        period = steady.period if steady is not None and steady.settled and not rests(steady) else math.nan
+        yield gallery(pictures(answered.value, study.file, period), study.said)
 
 
-def pictures(motion: SampledMotion, file: SceneFile) -> list[Picture]:
-    """Draw a motion against time, and velocities against the first coordinates or points of a structure."""
+def pictures(motion: SampledMotion, file: SceneFile, period: float = math.nan) -> list[Picture]:
+    """Draw a motion against time, and velocities against the first coordinates or points of a structure.
+
+    Of a motion of many periods, its last ones once more.
+    """
     scene = file.scene
     pairs = [(q.name, u.name) for q, u in zip(scene.system.q, scene.system.u, strict=True)]
     if file.structure is not None and file.structure.points:
@@ -106,6 +112,11 @@ def pictures(motion: SampledMotion, file: SceneFile) -> list[Picture]:
     alt = f"{', '.join(names)} against time from 0 to {motion.t[-1]:.4g}; {counted(count, 'interval')} of sticking"
     caption = "The motion; sticking is shaded." if count else "The motion."
     shown = [Picture(to_svg(plot_time_history(motion, names, file.units)), alt, caption)]
+    if motion.t[-1] > MANY * period:
+        begin = motion.t[-1] - FEW * period
+        ax = plot_time_history(motion, names, file.units, begin=begin)
+        alt = f"{', '.join(names)} against time in the last {FEW} periods, from {begin:.4g} to {motion.t[-1]:.4g}"
+        shown.append(Picture(to_svg(ax), alt, f"The last {FEW} periods."))
     speeds = belt_speeds(scene)
     single = len(scene.contacts) == 1 and len(scene.system.q) == 1 and len(speeds) == 1
     drive = scene.values[speeds[0]] if single else None
@@ -138,18 +149,24 @@ def plot_held(motion: SampledMotion, names: Sequence[str], units: Mapping[str, s
 
 
 def plot_time_history(
-    motion: SampledMotion, coordinates: Sequence[str], units: Mapping[str, str], ax: Axes | None = None
+    motion: SampledMotion,
+    coordinates: Sequence[str],
+    units: Mapping[str, str],
+    ax: Axes | None = None,
+    begin: float = 0.0,
 ) -> Axes:
-    """Draw coordinates against time; stick intervals are shaded."""
+    """Draw coordinates against time, from a time on; stick intervals are shaded."""
     ax = new_axes() if ax is None else ax
+    late = motion.t >= begin
     shaded, word = False, "sticking" if len(motion.sticks) < 2 else "a contact sticks"
     for intervals in motion.sticks.values():
-        for start, end in intervals:
-            ax.axvspan(start, end, color="0.85", linewidth=0, label=None if shaded else word)
+        for start, end in ((a, b) for a, b in intervals if b >= begin):
+            ax.axvspan(max(start, begin), end, color="0.85", linewidth=0, label=None if shaded else word)
             shaded = True
     for name, colour in zip(coordinates, COLOURS, strict=False):
-        ax.plot(motion.t, motion.x[motion.names.index(name)], color=colour, linewidth=1.1, label=label(name, {}))
-    ax.set_xlim(motion.t[0], motion.t[-1])
+        y = motion.x[motion.names.index(name), late]
+        ax.plot(motion.t[late], y, color=colour, linewidth=1.1, label=label(name, {}))
+    ax.set_xlim(begin, motion.t[-1])
     ax.set_xlabel(label("t", units))
     single = len(coordinates) == 1
     shared = {units.get(n, "") for n in coordinates}
