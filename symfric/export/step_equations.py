@@ -46,6 +46,10 @@ class StepEquations:
         self._at = [model.y, model.t, model.p]
         self._rate, self._guards, _ = automaton.field(*self._at, self._m)
         self._w, self._size, self._pull, *_ = gauge = automaton.gauge(*self._at)
+        self._slip_after = self._w  # steps in time that are due have been taken
+        if automaton.steps:
+            signs = [*model.switches.signs, *(other.variables for other in model.springs)]
+            self._w = ca.substitute(model.slip, ca.vertcat(model.s, model.d, *signs), self._m)
         self._forces, self._coupling = gauge[5], ca.diag(ca.reshape(gauge[6], self.n_c, self.n_c))
         self.rate = ca.Function("rate", [*self._at, self._m], [self._rate])
         self.guards = ca.Function("guards", [*self._at, self._m], [self._guards])
@@ -55,6 +59,10 @@ class StepEquations:
         first = self.layout.n_guards - PAIR * crossings
         self._pairs = [(first + PAIR * k, first + PAIR * k + 1) for k in range(crossings)]
         self._values, self._sizes = self._crossings()
+
+    @property
+    def _soon(self) -> ca.SX:
+        return JUST_AFTER * (ca.fabs(self.model.t) + self.model.horizon)
 
     def _crossings(self) -> tuple[ca.SX, ca.SX]:
         """Return the expressions whose zeros are events, and the sums of the magnitudes of their terms."""
@@ -90,13 +98,15 @@ class StepEquations:
 
         `fresh` marks the guards of expressions that begin at zero: where they leave it, they have crossed.
         """
-        rests = ca.fabs(self._w) <= _AT_REST * self._size
+        rests = ca.fabs(self._slip_after) <= _AT_REST * self._size
         able = ca.DM([float(e) for e in self.automaton.sticks])
-        mode = [*ca.vertsplit(rests * able), *(ca.if_else(w < 0, -1, 1) for w in ca.vertsplit(self._w))]
+        mode = [*ca.vertsplit(rests * able), *(ca.if_else(w < 0, -1, 1) for w in ca.vertsplit(self._slip_after))]
         mode += [ca.SX(1)] * self.layout.switches
         mode += [ca.SX(0)] * (self.layout.n_mode - len(mode))
         for j in range(self.layout.switches):  # a switch may depend on earlier ones
             value = ca.substitute(self._guards[self.layout.switch(j)], self._m, ca.vertcat(*mode))
+            if j in self.automaton.steps:
+                value = ca.substitute(value, self.model.t, self.model.t + self._soon)
             mode[self.layout.sign(j)] = ca.if_else(value < 0, -1, 1)
         m, fresh = ca.vertcat(*mode), ca.SX.zeros(self.layout.n_guards)
         if self.clocks is not None:
@@ -111,13 +121,12 @@ class StepEquations:
 
     def due(self) -> ca.Function:
         """Return ``(y, t, p, m) -> hit``: the clocks and values on their way whose instant is now."""
-        soon = JUST_AFTER * (ca.fabs(self.model.t) + self.model.horizon)
         hit, first = ca.SX.zeros(self.layout.n_guards), self.layout.first_clock
         if self.clocks is not None:
             variable, n_clocks = self.layout.n_mode - self.clocks.variables.numel(), self.clocks.counters.numel()
             for k in range(n_clocks + len(self.clocks.queues)):
                 some = k < n_clocks or self._m[variable + k] > 1.5  # values are on their way
-                hit[first + k] = ca.logic_and(some, self._guards[first + k] <= soon)
+                hit[first + k] = ca.logic_and(some, self._guards[first + k] <= self._soon)
         return ca.Function("due", [*self._at, self._m], [ca.densify(hit)])
 
     def told(self) -> ca.Function:
@@ -155,7 +164,7 @@ class StepEquations:
             m[i] = ca.if_else(sticks, 1 - released, back) if able else 0
             turned = d if able else ca.if_else(back, -d, d)
             m[n_c + i] = ca.if_else(ca.logic_and(sticks, released), ca.if_else(back, -1, 1), turned)
-        if self.clocks is not None:
+        if self.clocks is not None or self.automaton.steps:
             self._jumped(y, m, zero)
             self._turned(y, m, hit, still, fresh)
         args = [*self._at, self._m, hit, still]
@@ -164,8 +173,9 @@ class StepEquations:
         return ca.Function("crossed", args, [self.held(y, *self._at[1:], m), m, zero, fresh])
 
     def _jumped(self, y: ca.SX, m: ca.SX, zero: ca.SX) -> None:
-        """Give contacts whose slip jumped to that at the state y the mode of the slip after it; changes m and zero."""
-        w, size = (ca.substitute(e, self.model.y, y) for e in (self._w, self._size))
+        """Give contacts whose slip jumped to that at state y and mode m the mode of the slip after; changes m, zero."""
+        before, after = ca.vertcat(self.model.y, self._m), ca.vertcat(y, m)
+        w, size = (ca.substitute(e, before, after) for e in (self._w, self._size))
         for i, able in enumerate(self.automaton.sticks):
             jumped = ca.fabs(w[i] - self._w[i]) > _MOVED * (self._size[i] + size[i])
             rests = ca.fabs(w[i]) <= _AT_REST * size[i]

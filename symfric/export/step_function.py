@@ -24,7 +24,6 @@ from symfric.lower.automaton import Automaton, automaton_of
 from symfric.lower.contact_dynamics import ContactDynamics
 from symfric.model.constant_parameters import averaged_over
 from symfric.model.scene import Scene
-from symfric.model.steps import jumps_in_time
 
 OK, MANY_EVENTS, LOST_CONTACT, NOT_FINITE = 0, 1, 2, 3  # results of a step
 _FAR = 1e300  # beyond it a number is not finite
@@ -75,8 +74,7 @@ def step_functions(scene: Scene, rows: Sequence[sp.Expr], events: int) -> StepFu
     Raises
     ------
     SceneError
-        If contacts can hold the same motion, a friction profile jumps, a law has an infinite slope, or a contact
-        steps in time.
+        If contacts can hold the same motion, a friction profile jumps, or a law has an infinite slope.
     """
     model = ContactDynamics.of(scene, averaged_over(scene))
     automaton = automaton_of(model, rows)
@@ -102,12 +100,6 @@ def _refuse(scene: Scene, automaton: Automaton) -> None:
             raise SceneError(
                 f"contacts {names[i]!r} and {other!r} can hold the same motion, and a step of fixed length does not "
                 "share the load between them; join them into one contact"
-            )
-    for c in scene.contacts:
-        if any(map(jumps_in_time, (c.slip, c.normal, *c.law.expressions))):
-            raise SceneError(
-                f"slip, load or law of contact {c.name!r} steps in time, which a step of fixed length does not take; "
-                "make it an input, or let it change over a short time"
             )
     if automaton.at_edges:
         raise SceneError(

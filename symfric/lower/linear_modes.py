@@ -208,7 +208,7 @@ def matrices_of(
         in_time.append(jacobian[:, n_x])
         rest.append(ca.substitute(e, state, ca.SX.zeros(state.numel())))
     first, others = slopes[0], ca.vertcat(*slopes[1:])
-    entries = [e.nz[:] for e in (first, others)]
+    entries = [ca.reshape(e.nz[:], e.nnz(), 1) for e in (first, others)]  # a column also where there are none
     numbers = ca.vertcat(*entries, *(ca.densify(ca.vertcat(*e)) for e in (in_time, rest)))
     if more is not None:
         numbers = ca.vertcat(numbers, ca.densify(more))

@@ -60,8 +60,9 @@ ADVICE = {
     Status.NO_DERIVATIVE: "the motion is correct to the end, but not differentiable: it grazes, two events coincide in "
     "time, it starts on the edge of sticking or on a contact that the derivative opens, or a law has an infinite slope "
     "at rest (square_root); move the parameter or the start, or compare runs on both sides",
-    Status.QUEUE_FULL: "more values of a held variable are on their way than it has places for, or its delay is "
-    "negative; give it more places, sf.Held(..., waiting=...)",
+    Status.QUEUE_FULL: "more values of a held variable are on their way than it has places for: give it more, "
+    "sf.Held(..., waiting=...); or a period is not positive, a delay or an offset is negative, or the times of a reset "
+    "do not increase from 0 on",
     Status.PAINLEVE: "the forces of contacts that open have no solution or several here (the paradox of Painleve): "
     "friction lets a normal force press its own contact; lower the friction, change the geometry, or put a stiffness "
     "in place of the rigid contact",

@@ -37,6 +37,25 @@ def watched(*held, force=PUSH, resets=(), start=1.0, friction=0.3):
     return one(force, floor(sf.laws.coulomb(friction)), start=start, held=held, resets=resets)
 
 
+def after(time, before, later):
+    return sp.Piecewise((before, sf.TIME < time), (later, True))
+
+
+def stepping():
+    """Return two masses on belts that step at ends of steps of fixed length, the load and the law of one step, too."""
+    law = sf.laws.coulomb(after(7, 0.4, 0.5), 0.3)
+    first = sf.Contact("a", slip=u - u2 - after(3.1, 0.2, -0.3), normal=after(5.05, 1, 0.4), law=law)
+    second = sf.Contact("b", slip=u2 - sp.sin(sf.TIME) / 8 - after(2, 0, 0.2), normal=0.5, law=sf.laws.coulomb(0.4))
+    scene = pair(first)
+    return sf.Scene(scene.system, [first, second], {k: 1.3}, scene.initial, 12.0)
+
+
+SQUARE = sf.Contact(
+    "a",
+    slip=u - sp.sign(sp.sin(sf.TIME)) / 4,
+    normal=1 + sp.Piecewise((1, sp.Mod(sf.TIME, 1) < 0.3), (0, True)),
+    law=sf.laws.stribeck(0.4, 0.3, 0.1),
+)
 C1, C2 = sp.symbols("c1 c2", real=True)
 C1_BEFORE = sp.Symbol("c1.previous", real=True)
 SENT = sp.Symbol("sent", real=True)
@@ -82,4 +101,6 @@ SCENES = {
         force=PUSH + RELAY.symbol / 3,
         resets=[sf.Reset(guard=x - 0.1, set={u: u - 0.3}), sf.Reset(every=1, offset=0.3, set={x: x - 0.2})],
     ),
+    "belts that step": stepping(),
+    "square waves": one(-x / 4, [SQUARE], start=0.1),
 }

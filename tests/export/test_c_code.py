@@ -18,7 +18,7 @@ from symfric.export.fmu import build, compiler
 from tests.export.scenes_for_steps import SCENES, WAVE, k, one, pair, u, v_b, x
 
 compiled = pytest.mark.skipif(compiler() is None, reason="no C compiler on this computer")
-KINDS = ("kink", "sliders", "pad between masses", "record", "late samples", "two at one zero")
+KINDS = ("kink", "sliders", "pad between masses", "record", "late samples", "two at one zero", "belts that step")
 H = 0.02
 Floats = ctypes.POINTER(ctypes.c_double)
 

@@ -385,3 +385,15 @@ def test_guards_that_jump_are_refused():
             sf.Reset(guard=e, set={u: 0})
         with pytest.raises(sf.SceneError, match="which jumps; give the expression whose zeros are meant"):
             sf.Held("relay", update=-sp.sign(x), when=e)
+
+
+def test_a_kicked_oscillator_without_friction_by_all_routes():
+    """No guard of this scene depends on the state."""
+    kicks = sf.Reset(at=[1, 2.5], set={u: [u + 1, -u]})
+    free = sf.Scene(sf.System([x], [u], [[1]], [-x]), (), {}, {x: 1.0, u: 0.0}, 5.0, {"end": sf.End()}, resets=[kicks])
+    phasor = 1.0 + 0.0j  # x - i u, turned by exp(i t)
+    phasor = phasor * np.exp(1j) - 1j
+    phasor = np.conj(phasor * np.exp(1.5j)) * np.exp(2.5j)
+    expected = [phasor.real, -phasor.imag]
+    for route in ("exact", "taylor", "integrators"):
+        assert sf.simulate(free, 1e-12, route).checked().final == pytest.approx(expected, abs=1e-10)
