@@ -9,6 +9,7 @@ import sympy as sp
 from scipy.linalg import expm
 
 import symfric as sf
+from tests.longer import longer
 
 X, U, Y, V = sp.symbols("x u y v", real=True)
 Z, R, W, MU, C, P = sp.symbols("z r w mu c p", positive=True)
@@ -52,9 +53,10 @@ def stays_below(z, r, w, phase, before):
     return bool(np.all(driven.real[::20] + free < -1e-3))
 
 
-def test_multipliers_of_random_orbits_are_those_of_the_closed_form():
-    rng, scene, found = np.random.default_rng(7), oscillator(), 0
-    while found < 12:
+@pytest.mark.parametrize("seed", longer(range(7, 13), range(8, 13)))
+def test_multipliers_of_random_orbits_are_those_of_the_closed_form(seed):
+    rng, scene, found = np.random.default_rng(seed), oscillator(), 0
+    while found < 4:
         z, r, w = rng.uniform(0.01, 0.2), rng.uniform(0.3, 0.9), rng.uniform(1.6, 3.0)
         phase, before, matrix = closed_orbit(z, r, w)
         grows = np.max(np.abs(np.linalg.eigvals(matrix)))
@@ -88,9 +90,10 @@ def two_masses():
     return sf.Scene(system, contacts, {P: 1.0, R: 0.5, W: 1.3, MU: 0.05}, {X: 0.0, Y: 0.0, U: 0.0, V: 0.0}, 150.0)
 
 
-def test_multipliers_of_orbits_with_friction_are_those_of_differences():
-    rng, scene, found = np.random.default_rng(3), two_masses(), 0
-    for _ in range(4):
+@pytest.mark.parametrize("seed", longer(range(3, 9), range(4, 9)))
+def test_multipliers_of_orbits_with_friction_are_those_of_differences(seed):
+    rng, scene, found = np.random.default_rng(seed), two_masses(), 0
+    for _ in range(2):
         values = {P: rng.uniform(0.5, 2), R: rng.uniform(0.2, 0.8), W: rng.uniform(0.7, 2), MU: rng.uniform(0.0, 0.1)}
         try:
             orbit = sf.limit_cycle(scene.where(values), tolerance=1e-12)
@@ -108,7 +111,7 @@ def test_multipliers_of_orbits_with_friction_are_those_of_differences():
         right, got = np.linalg.eigvals(matrix), orbit.multipliers
         assert np.poly(got) == pytest.approx(np.poly(right), abs=1e-6)
         found += 1
-    assert found >= 2
+    assert found >= 1
 
 
 @cache
