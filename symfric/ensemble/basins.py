@@ -187,8 +187,9 @@ def _with_starts(scene: Scene, axes: Mapping[str, np.ndarray]) -> tuple[Scene, d
     symbols = {n: sp.Symbol(f"{n}(0)", real=True) for n in axes}
     scene = scene.wanting({"end": End(), "stop": StopTime()}).starting({n: row[0] for n, row in axes.items()})
     initial = {s.name: symbols.get(s.name, v) for s, v in scene.initial.items()}
-    # not zero, since zeros are built into the equations
-    values = {**scene.values, **dict.fromkeys(symbols.values(), 1.0)}
+    # not zero, since zeros are built into the equations; a start that may be, where gaps must not be negative
+    begins = {symbols[n]: float(next((v for v in row if v), 1.0)) for n, row in axes.items()}
+    values = {**scene.values, **begins}
     return replace(scene, initial=initial, values=values), {symbols[n].name: row for n, row in axes.items()}
 
 

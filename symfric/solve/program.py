@@ -16,6 +16,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.solve.batch import Batch, make_batch, merged
 from symfric.solve.case_values import CaseValues
+from symfric.solve.gap_starts import GapStarts
 from symfric.solve.inertia import Inertia
 from symfric.solve.loop.case_arrays import COUNTS, CaseArrays
 from symfric.solve.loop.cases import rows_of, run_cases
@@ -50,7 +51,7 @@ class Numbers:
         self._start_of = numeric(scene.parameters, starts) if moving else None
         equations = set().union(*(e.free_symbols for e in (*scene.system.expressions, *scene.clocked, *scene.contacts)))
         self._starters = {s.name for s in scene.parameters if s not in equations}
-        self._inertia = Inertia(scene)
+        self._inertia, self._gaps = Inertia(scene), GapStarts(scene)
 
     def changed(self, values: Mapping[Key, float], initial: Mapping[Key, float]) -> tuple[np.ndarray, np.ndarray]:
         """Return initial state and parameters with the changes of a run, which are checked as in the scene."""
@@ -71,20 +72,29 @@ class Numbers:
             y[self._states.index(name)] = finite(value, "the initial value of ", name)
         if self._inertia.names:
             self._check_mass(y, values, initial)
+        if self._gaps.names:
+            self._check_gaps(y, values, initial)
         return y, p
+
+    def _check_gaps(self, y: np.ndarray, values: Mapping[Key, float], initial: Mapping[Key, float]) -> None:
+        """Raise if a gap is negative at the start y (n_x,), or a restitution is none, if a change concerns them."""
+        given = {name_of(k): float(v) for k, v in values.items()}
+        if self._moved_names(self._gaps.names, given.keys() | {name_of(k) for k in initial}):
+            lost, said = self._gaps.wrong(given | dict(zip(self._states, y.tolist(), strict=True)))
+            if lost.any():
+                raise SceneError(said)
 
     def _check_mass(self, y: np.ndarray, values: Mapping[Key, float], initial: Mapping[Key, float]) -> None:
         """Raise unless the mass is positive definite at the start y (n_x,), if a change concerns it."""
         given = {name_of(k): float(v) for k, v in values.items()}
-        if not self._moved_inertia(given.keys() | {name_of(k) for k in initial}):
+        if not self._moved_names(self._inertia.names, given.keys() | {name_of(k) for k in initial}):
             return
         if not self._inertia.definite(given | dict(zip(self._states, y.tolist(), strict=True))):
             told = ", ".join(f"{n} = {v:g}" for n, v in given.items() if n in self._inertia.names)
             raise SceneError(f"the mass matrix is not positive definite at the start{told and f', with {told}'}")
 
-    def _moved_inertia(self, changed: Collection[str]) -> bool:
-        """Whether a change of these parameters and states concerns the mass at the start."""
-        names = self._inertia.names
+    def _moved_names(self, names: frozenset[str], changed: Collection[str]) -> bool:
+        """Whether a change of some parameters and states concerns, at the start, what depends on others."""
         return not names.isdisjoint(changed) or (self._start_of is not None and not names.isdisjoint(self._states))
 
     def _moved(self, start_of: Callable[..., Any], values: dict[str, float]) -> np.ndarray:
@@ -103,7 +113,8 @@ class Numbers:
     def rows(self, cases: CaseValues) -> tuple[np.ndarray, np.ndarray]:
         """Return starts (n, states) and parameters (n, ...) of many cases.
 
-        A start given by a formula may be NaN; so is that of a case whose mass is not positive definite.
+        A start given by a formula may be NaN; so is that of a case whose mass is not positive definite, that starts
+        with a negative gap or has a restitution that is none.
 
         Raises
         ------
@@ -123,7 +134,10 @@ class Numbers:
             if name not in self._states:
                 raise SceneError(f"{name} is no state{nearest(name, self._states)}")
             y[:, self._states.index(name)] = row
-        if self._moved_inertia(cases.values.keys() | cases.initial.keys()):
+        changed = cases.values.keys() | cases.initial.keys()
+        if self._moved_names(self._gaps.names, changed):
+            y[self._gaps.wrong({**cases.values, **dict(zip(self._states, y.T, strict=True))})[0]] = np.nan
+        if self._moved_names(self._inertia.names, changed):
             y[~self._inertia.definite({**cases.values, **dict(zip(self._states, y.T, strict=True))})] = np.nan
         return y, p
 

@@ -66,7 +66,7 @@ ADVICE = {
     Status.PAINLEVE: "the forces of contacts that open have no solution or several here (the paradox of Painleve): "
     "friction lets a normal force press its own contact; lower the friction, change the geometry, or put a stiffness "
     "in place of the rigid contact",
-    Status.MANY_CONTACTS: "more contacts that open touch at once than their combinations can be tried: some 7 with "
+    Status.MANY_CONTACTS: "more contacts that open touch at once than their combinations can be tried: some 5 with "
     "friction, 14 without; leave out contacts that other ones make superfluous, take a given normal load where a "
     "contact never opens, or start with small gaps between the bodies",
 }

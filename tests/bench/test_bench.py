@@ -12,6 +12,7 @@ from click.testing import CliRunner
 
 from symfric.cli import main
 from symfric_evidence.bench import ensembles, needs, scaling, timing
+from symfric_evidence.bench.impact_motion import closed_motion
 from symfric_evidence.bench.many_digits import many_digits
 from symfric_evidence.bench.peers.registry import peers
 from symfric_evidence.bench.problems import named
@@ -93,6 +94,20 @@ def test_in_the_plane_the_stop_is_that_of_the_closed_form_and_regularised_fricti
     errors = {name: np.max(np.abs(np.array(answer.values) - known)) for name, answer in found.items()}
     assert errors["symfric"] < 1e-9 < errors["scipy LSODA, plane"] < 1e-7
     assert found["symfric"].events == problem.events
+
+
+def test_impacts_are_those_of_the_closed_form_by_every_loop():
+    problem = named("P15")
+    with mp.workdps(30):
+        final, impacts = closed_motion(problem.scene, 20)
+        assert impacts == problem.events
+        assert max(abs(a - mp.mpf(b)) for a, b in zip(final, problem.reference, strict=True)) < 1e-18
+    known = np.array(problem.reference, dtype=float)
+    for name, off in (("symfric", 1e-11), ("scipy DOP853, impacts", 1e-7), ("heyoka, impacts", 1e-8)):
+        if not peers()[name].missing:
+            answer = peers()[name].prepare(problem, 1e-10)()
+            assert answer.events == problem.events
+            assert np.max(np.abs(np.array(answer.values) - known)) < off
 
 
 def test_the_picture_and_the_numbers_are_written(result, folder):

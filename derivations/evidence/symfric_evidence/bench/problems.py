@@ -276,6 +276,13 @@ def _in_plane() -> Problem:
     )
 
 
+def _with_impacts() -> Problem:
+    scene = scenes.impact_oscillator(e=0.7, zeta=0.05, Omega=2.2, horizon=171.0)
+    known = ("-1.63555337642023994823197", "-0.381555987536058679888404")
+    source = "closed form between impacts, see symfric_evidence.bench.impact_motion"
+    return Problem("P15", "forced oscillator that strikes a stop", scene.wanting({"end": End()}), known, 60, source)
+
+
 _MAKERS: dict[str, Callable[[], Problem]] = {
     "P1": _settling,
     "P2": lambda: _belt(
@@ -315,6 +322,7 @@ _MAKERS: dict[str, Callable[[], Problem]] = {
     ),
     "P13": _on_table,
     "P14": _in_plane,
+    "P15": _with_impacts,
 }
 NAMES = tuple(_MAKERS)
 
@@ -328,7 +336,7 @@ def named(name: str) -> Problem:
     P1 and P2 have many sticks, P3 crosses without sticking, P4 is P2 made continuous: stiff, and 4e-4 away from it. P5
     is P2 at many speeds, some of which only graze. P6 to P9 are in `symfric_evidence.bench.larger`, P10 in
     `symfric_evidence.bench.forced`; P11 to P13 are friction examples of Modelica, see
-    `symfric_evidence.bench.published`. P14 slides in the plane.
+    `symfric_evidence.bench.published`. P14 slides in the plane, P15 strikes a stop.
     """
     return _MAKERS[name]()
 

@@ -21,6 +21,7 @@ from symfric_evidence.bench.peers import (
     heyoka_batch,
     heyoka_by_hand,
     heyoka_peer,
+    impacts_by_hand,
     pyharm_peer,
     regularised_plane,
     scipy_peer,
@@ -181,7 +182,7 @@ def peers() -> dict[str, Peer]:
     """Return every solver by name, installed or not."""
     scipy, casadi = scipy_peer.WORKAROUNDS, casadi_peer.WORKAROUNDS
     every = [
-        Peer("symfric", _prepare_default, (*_ALL, "P10", *_MODELICA, "P14"), _FINE, own=True),
+        Peer("symfric", _prepare_default, (*_ALL, "P10", *_MODELICA, "P14", "P15"), _FINE, own=True),
         Peer("symfric taylor", _prepare_series, ("P1", *_MANY), _FINE, own=True),
         Peer("symfric one by one", _one_by_one, ("P5",), _FINE, own=True),
         Peer("symfric integrators", _prepare_integrators, (*_STICKING, *_CONTINUOUS), _SLOW, own=True),
@@ -190,6 +191,10 @@ def peers() -> dict[str, Peer]:
         Peer("scipy DOP853", scipy_peer.prepare_events, (*_STICKING, "P5", "P9"), _SLOW, scipy),
         Peer("scipy LSODA", scipy_peer.prepare_stiff, _CONTINUOUS, _SLOW),
         Peer("scipy LSODA, plane", regularised_plane.prepare, ("P14",), _SLOW, regularised_plane.WORKAROUNDS),
+        Peer("scipy DOP853, impacts", impacts_by_hand.prepare_scipy, ("P15",), _SLOW, impacts_by_hand.WORKAROUNDS),
+        Peer(
+            "heyoka, impacts", impacts_by_hand.prepare_heyoka, ("P15",), _FINE, impacts_by_hand.WORKAROUNDS, ("heyoka",)
+        ),
         Peer("casadi erk", casadi_peer.prepare_interpreted, (*_STICKING, "P9"), _SLOW, casadi),
         Peer("casadi erk, C", casadi_peer.prepare_compiled, (*_STICKING, "P9"), _FINE, casadi, ("cc",)),
         Peer("casadi cvodes", casadi_peer.prepare_stiff, ("P4",), _SLOW),
