@@ -7,6 +7,7 @@ import numpy as np
 from symfric.axes import Axes, axes_for
 from symfric.ensemble.statistics import CASE, probability
 from symfric.errors import SceneError
+from symfric.locks import DRAWING, alone
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 LEVELS, MOST = 200, 8  # levels of a curve; curves of a picture
 
 
+@alone(DRAWING)
 def plot_probability(values: "xr.DataArray", *, over: str = CASE, ax: Axes | None = None) -> Axes:
     """Draw the probability that an output of a sweep lies above a level, over the level, with its interval of 95 %.
 
