@@ -1,6 +1,6 @@
 """Build the documentation as HTML: ``python -m docs``. Warnings are errors.
 
-Pages are executed where their text, or a source of the package, has changed.
+Pages are executed where their text, or a source of the package, has changed; an example that has changed runs alone.
 """
 
 import argparse

@@ -20,17 +20,15 @@ for compensation in (0.5, 0.9):  # of the Coulomb friction, towards the target
     late = sf.simulate(scene.wanting({"x": sf.Samples(x, [200.0 + i for i in range(200)])}))["x"]
     print(f"with {compensation:.0%} of the friction compensated: {1e3 * max(abs(late)):.3f} mm")
 
-# Sampled control: the force is held between samples, so each interval is one run from where the last one ended.
-x, u, w = sp.symbols("x u w", real=True)
-stage = sf.System(q=[x], u=[u], mass=[[1]], force=[w])
+# Sampled control: the force and the sum of the errors are held between the samples.
+x, u = sp.symbols("x u", real=True)
 guide = sf.Contact("guide", slip=u, normal=1, law=sf.laws.coulomb(1.5, 1.0))
 for dt in (0.05, 0.4):
-    one = sf.Scene(stage, [guide], {w: 0.0}, {x: told.offset, u: 0.0}, dt, {"end": sf.End()})
-    program, place, speed, summed, farthest = sf.prepare(one), told.offset, 0.0, 0.0, 0.0
-    for sample in range(int(300 / dt)):
-        summed += place * dt
-        force = -gains["k_p"] * place - gains["k_d"] * speed - gains["k_i"] * summed
-        place, speed = program.run({"w": force}, {"x": place, "u": speed}).final
-        if sample * dt > 150:
-            farthest = max(farthest, abs(place))
-    print(f"sampled every {dt:g} s: {1e3 * farthest:.2f} mm")
+    summed = sf.Held("sum", update=sp.Symbol("sum.previous", real=True) + x * dt, every=dt)
+    command = -gains["k_p"] * x - gains["k_d"] * u - gains["k_i"] * summed.symbol
+    force = sf.Held("force", update=command, every=dt)
+    stage = sf.System(q=[x], u=[u], mass=[[1]], force=[force.symbol])
+    late = {"high": sf.Max(x, after=150.0), "low": sf.Min(x, after=150.0)}
+    scene = sf.Scene(stage, [guide], {}, {x: told.offset, u: 0.0}, 300.0, late, held=[summed, force])
+    run = sf.simulate(scene).checked()
+    print(f"sampled every {dt:g} s: {1e3 * max(run['high'], -run['low']):.2f} mm")

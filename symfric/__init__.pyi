@@ -10,6 +10,7 @@ from .ensemble.bifurcation_diagram import (
     BifurcationDiagram as BifurcationDiagram,
     bifurcation_diagram as bifurcation_diagram,
 )
+from .ensemble.exceedance import plot_probability as plot_probability
 from .ensemble.sampling import CaseTable as CaseTable, draw as draw
 from .ensemble.statistics import probability as probability, spread as spread
 from .ensemble.sweep import sweep as sweep

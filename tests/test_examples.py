@@ -1,6 +1,7 @@
 """Examples answer their question: short, run as they are, with the numbers they are known to give."""
 
 import ast
+import itertools
 import re
 import runpy
 import tomllib
@@ -9,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from docs import founded
+from docs.pages import kept
 from symfric.solve.lanes import model as lanes
 from tests.longer import longer
 from tests.test_layers import LINES
@@ -135,6 +137,24 @@ def test_a_number_of_a_page_that_no_cell_prints_is_found():
     known = founded.values("0.35991 1.2e-03 159.155 68300 0.117 0.05")
     assert founded.unfounded(["0.36, 1.2e-3, at 159 Hz in 68 300 cases, 12 % of 50 mm; 3 ways"], known) == []
     assert founded.unfounded(["0.37, 1.3e-3, 158 Hz, 13 %"], known) == ["0.37", "1.3e-3", "158", "13"]
+
+
+def test_pages_are_made_anew_where_what_they_are_made_with_has_changed(tmp_path, monkeypatch):
+    """A script of the examples is of its own page; their data and the program may be of any."""
+    monkeypatch.setattr(kept, "ROOT", tmp_path)
+
+    def keys():
+        kept.sources_key.cache_clear()
+        return kept.sources_key(), kept.sources_key("examples", scripts=False), kept.sources_key("examples")
+
+    seen = [keys()]
+    for name in ("examples/new.py", "examples/record.csv", "symfric/new.py"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("1\n", encoding="utf-8")
+        seen.append(keys())
+    kept.sources_key.cache_clear()
+    changed = [tuple(a != b for a, b in zip(one, other, strict=True)) for one, other in itertools.pairwise(seen)]
+    assert changed == [(False, False, True), (False, True, True), (True, True, True)]
 
 
 @pytest.fixture(scope="module")

@@ -112,6 +112,13 @@ def special(s):
     return sf.continue_special(branch.special[0], names[:2], ((0.5 * value(s), 2 * value(s)), (0.1, 10.0)), most=5)
 
 
+def explored(s):
+    pytest.importorskip("bokeh", reason="bokeh is not installed: pip install '.[explore]'")
+    page = sf.explore(s)
+    page.stop()
+    return page
+
+
 RECORD = np.linspace(0.5, 20.0, 40), np.sin(np.linspace(0.5, 20.0, 40))
 MOTION = sf.motions.sine_burst(1.0, 1.0, cycles=4)
 RUNS = {
@@ -132,6 +139,7 @@ RUNS = {
     "equilibrium": sf.equilibrium,
     "stability": lambda s: (lambda found: (found, found.hurwitz, found.statespace))(sf.stability(s)),
     "average": lambda s: sf.average(s).amplitudes,
+    "explore": explored,
     "separate": sf.separate,
 }
 DESIGNS = {

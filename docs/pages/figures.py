@@ -18,8 +18,9 @@ from symfric_evidence.sources.reproduction import NOT_MADE, reproductions
 def write(folder: Path) -> None:
     """Compute the figures whose sources have changed, and write a page for each source."""
     matplotlib.use("Agg")
+    maker = Path(__file__).read_text(encoding="utf-8")
     made = {
-        name: kept(folder / "made" / f"{name}.json", name, lambda n=name, e=entry: plain(_make(n, e, folder)))
+        name: kept(folder / "made" / f"{name}.json", name + maker, lambda n=name, e=entry: plain(_make(n, e, folder)))
         for name, entry in reproductions().items()
     }
     rows = ["| source | figures and tables | true | false | true only if |", "|---|---:|---:|---:|---:|"]

@@ -66,7 +66,8 @@ def _kept(place: Path, source: Path, make) -> Shown:
     """Return what was made before from the same text and sources, else make it."""
     picture = place.parents[1] / "pictures" / source.name
     text = source.read_text(encoding="utf-8") + (picture.read_text(encoding="utf-8") if picture.is_file() else "")
-    return Shown(**kept(place, text, lambda: asdict(make())))
+    maker = Path(__file__).read_text(encoding="utf-8")
+    return Shown(**kept(place, text + maker, lambda: asdict(make()), data=True))
 
 
 def _script(name: str, path: Path, folder: Path) -> Shown:

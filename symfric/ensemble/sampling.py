@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, cast
 
 import numpy as np
 
@@ -74,6 +74,12 @@ class CaseTable:
 
     def __len__(self) -> int:
         return int(self.repeat.size)
+
+    def __getitem__(self, key: Key) -> np.ndarray:
+        name = name_of(key)
+        if name not in self.columns:
+            raise SceneError(f"{name} is no column of the cases; there are {', '.join(map(str, self.columns))}")
+        return cast(np.ndarray, self.columns[name])
 
     def __repr__(self) -> str:
         return f"CaseTable({len(self)} of {', '.join(map(str, self.columns))})"

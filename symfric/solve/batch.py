@@ -38,7 +38,7 @@ class Batch(ArrayResult):
     status : ndarray of int, shape (n,)
         Codes of `Status`.
     stats : dict of str to ndarray
-        Counts (n,) of steps, events, kinks and grazes.
+        Counts (n,) of steps, events, kinks and grazes; a graze is an event or an instant that changes no mode.
     names : tuple of str
         Of the states.
     given : dict of str to ndarray

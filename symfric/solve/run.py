@@ -103,7 +103,7 @@ class Run(ArrayResult):
     status : Status
         OK, or why it ended early; see `advice`.
     stats : dict
-        Counts of steps, events, kinks and grazes.
+        Counts of steps, events, kinks and grazes; a graze is an event or an instant that changes no mode.
 
     Examples
     --------

@@ -93,3 +93,23 @@ def test_spread_of_a_whole_sweep_takes_its_outputs():
 def test_bad_arguments(call, message):
     with pytest.raises(sf.SceneError, match=message):
         call()
+
+
+def test_the_picture_of_a_probability_is_its_complement_of_the_distribution():
+    rng = np.random.default_rng(3)
+    values = cases(np.r_[rng.normal(2.0, 0.5, 400), np.nan])
+    ax = sf.plot_probability(values)
+    level, p = ax.lines[0].get_data()
+    assert p[0] == 1.0
+    assert p[-1] == 0.0
+    assert np.all(np.diff(p) <= 0)
+    assert p == pytest.approx(scipy.stats.norm(2.0, 0.5).sf(level), abs=0.06)
+    band = ax.collections[0].get_paths()[0].vertices
+    assert band[:, 1].min() >= 0
+    assert band[:, 1].max() <= 1
+    two = xr.concat([values, values + 1], xr.DataArray([0.1, 0.2], dims="v_b", name="v_b"))
+    assert [text.get_text() for text in sf.plot_probability(two).get_legend().get_texts()] == ["v_b = 0.1", "v_b = 0.2"]
+    with pytest.raises(sf.SceneError, match="no case has a number"):
+        sf.plot_probability(cases([np.nan]))
+    with pytest.raises(sf.SceneError, match="too many"):
+        sf.plot_probability(xr.concat([values] * 9, "v_b"))

@@ -21,6 +21,9 @@ def half_range(v_b=0.2, horizon=60.0):
 
 def test_a_table_is_its_single_runs():
     table = sf.CaseTable({"v_b": [0.1, 0.2, 0.3, 0.4], "beta": [0.01, 0.02, 0.03, 0.05]})
+    assert table["v_b"].tolist() == table[sp.Symbol("v_b")].tolist() == [0.1, 0.2, 0.3, 0.4]
+    with pytest.raises(sf.SceneError, match="mu is no column of the cases; there are v_b, beta"):
+        table["mu"]
     found = sf.sweep(half_range(), table)
     assert found["half"].dims == ("case",)
     assert found["end"].dims == ("case", "state")

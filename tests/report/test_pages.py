@@ -49,6 +49,25 @@ def test_a_page_is_whole_at_every_width(browser, folder, name, width, media):
     assert complaints(browser) == []
 
 
+def test_a_wide_table_is_read_without_scrolling_on_a_narrow_screen(browser, folder):
+    show(browser, (folder / "belt.html").as_uri(), 400)
+    widths = browser.execute_script(
+        "return [...document.querySelectorAll('table.cards')].map(t => [t.scrollWidth, t.parentElement.clientWidth])"
+    )
+    assert widths
+    assert all(width <= room for width, room in widths)
+    said = "return getComputedStyle(document.querySelector('.cards td:nth-child(2)'), '::before').content"
+    assert browser.execute_script(said) == '"predicted"'
+
+
+def test_a_page_follows_the_theme(browser, folder):
+    colours = []
+    for theme in ("light", "dark"):
+        show(browser, (folder / "belt.html").as_uri(), 1400, theme=theme)
+        colours.append(browser.execute_script("return getComputedStyle(document.body).backgroundColor"))
+    assert colours == ["rgb(255, 255, 255)", "rgb(26, 26, 26)"]
+
+
 @pytest.mark.parametrize("theme", ["light", "dark"])
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_is_accessible(browser, folder, name, theme):

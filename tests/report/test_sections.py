@@ -12,8 +12,12 @@ from symfric.report.study.data import data_files, to_dict
 from symfric.report.study.page import page, summary
 from symfric.report.study.section import Section, csv_text
 from symfric.report.study.sections import DESIGNS, MOTION, SECTIONS
+from symfric.report.study.sections.comparison import COMPARISON
+from symfric.report.study.sections.motion import STEADY, pictures
+from symfric.report.study.sections.onset import HOPF
+from symfric.report.study.sections.stability import EQUILIBRIUM
 from symfric.report.study.study import study
-from symfric.scenefile import file_of
+from symfric.scenefile import file_of, read_scene_text
 from symfric.time_limit import OutOfTime, time_limit
 
 SCENE = sf.scenes.coulomb_oscillator(0.1)
@@ -80,3 +84,34 @@ def test_only_long_parts_have_the_longer_limit(monkeypatch):
 def test_the_list_says_each_name_once():
     names = [s.name for s in SECTIONS]
     assert len(set(names)) == len(names)
+
+
+@pytest.fixture(scope="module")
+def belt():
+    """Averaging is made for motion without sticking, and this one sticks."""
+    text = '[scene]\nmodel = "mass_on_belt"\nhorizon = 200\n[values]\nv_b = 0.2\n'
+    return study(read_scene_text(text), sections=(MOTION, STEADY, EQUILIBRIUM, HOPF, COMPARISON, *others()))
+
+
+def others():
+    """What the comparison looks for besides, which this scene does not have."""
+    return [s for s in SECTIONS if s.name in ("flutter", "designs")]
+
+
+def test_a_formula_that_is_not_made_for_the_motion_is_named_first_and_stands_last(belt):
+    rows = [r for r in belt.comparison.found if r.quantity == "half range of x"]
+    assert [bool(r.caution) for r in rows] == [False, False, True]
+    assert abs(rows[-1].difference) > 0.2 > 0.05 > min(abs(r.difference) for r in rows)
+    text = page(belt)
+    begin = text.index('id="comparison"')
+    assert begin < text.index("Averaging, first order: made for motion without sticking", begin)
+    assert text.index("it is no check", begin) < text.index("<table", begin)
+
+
+def test_the_last_periods_of_a_long_motion_have_a_picture(belt):
+    moved, file = belt.motion.found, belt.file
+    assert "The last 5 periods." in [p.caption for p in pictures(moved, file, belt.steady.found.period)]
+    assert "The last 5 periods." not in [p.caption for p in pictures(moved, file, moved.t[-1] / 20)]
+    assert "The last 5 periods." not in [p.caption for p in pictures(moved, file)]
+    late = moved.t > moved.t[-1] - 5 * belt.steady.found.period
+    assert np.max(np.diff(moved.t[late])) < belt.steady.found.period / 100

@@ -333,6 +333,7 @@ ENSEMBLE = {
     ).to_dict(),
     "draw": lambda k: sf.draw({"v_b": scipy.stats.uniform(0.1, 0.2 + 0.01 * k)}, 8, seed=k).columns,
     "probability": lambda k: sf.probability(sampled(k)["x_max"], above=0.4),
+    "plot_probability": lambda k: drawn(sf.plot_probability(sampled(k)["x_max"])),
     "spread": lambda k: sf.spread(sampled(k)),
     "test_design": lambda k: sf.test_design(fitted(k), {"v_b": [0.1, 0.3]}).to_dict(),
     "basins": lambda k: sf.basins(belt(k), {"x": np.array([0.0, 1.0])}).to_xarray(),

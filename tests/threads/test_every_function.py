@@ -17,6 +17,7 @@ OTHERWISE = {  # public functions that are tried elsewhere or read files
     "motions.read_at2": "test_files_of_motions",
     "motions.read_text": "test_files_of_motions",
     "read": "test_starting",
+    "explore": "test_explore",
     "keep_when_interrupted": "test_progress",
     "show_progress": "test_progress",
     "structures.read": "test_faults",

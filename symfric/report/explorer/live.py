@@ -101,6 +101,8 @@ def explore(scene: Scene, *, port: int = 0, height: int = 700) -> Exploration:
     from symfric.report.explorer.views import explorer
     from symfric.scenefile.read import file_of
 
+    if not scene.parameters:
+        raise SceneError("the scene has no values to change; name some by symbols in Scene.values")
     check_free(port, "port=")
     fill = page(explorer(file_of(scene)))
     found: list[tuple[str, IOLoop]] = []
