@@ -98,7 +98,7 @@ def _turn_slips(w: LoopArrays, n_c: int) -> None:
     moved = False
     for i in range(n_c):
         measure(w, w.y, w.gauge)
-        little = ROUNDING * w.gauge[TERMS, i]
+        little = ROUNDING * max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])  # as slips that are zero are told
         if w.m[i] < 0.5 and w.guards.fresh[backward(i)] and -little <= way(w, i) * w.gauge[SLIP, i] < 0.0:
             k, slope = _moved_most(w, i)
             w.y[k] += way(w, i) * little / slope
