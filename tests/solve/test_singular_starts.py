@@ -106,7 +106,7 @@ def test_a_slip_between_two_bodies_turns_while_one_of_them_sticks():
     apart = sp.Matrix([[1, 1], [0, 1]])
     plain, other = (sf.prepare(two_pads(turned), 1e-8, "taylor") for turned in (sp.eye(2), apart))
     draw, turns = np.random.default_rng(0), 0
-    for _ in range(30):
+    for _ in range(40):
         start = draw.uniform(-1.2, 1.2, 4) * [1, 1, 1, 0.5]
         run = plain.run({}, dict(zip("xyuw", start, strict=True))).checked()
         moved = np.kron(np.eye(2), np.array(apart.inv(), float)) @ start
