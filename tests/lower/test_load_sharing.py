@@ -97,3 +97,22 @@ def test_contacts_without_load_share_nothing():
     found, rooms = shared((1.0, -1.0), modes, forces, False, loads=np.array([0.0, 0.0, 0.0, 1.0]))
     assert found == [0.4, 0.0, 0.0, 0.1]
     assert rooms[0] == (-0.4, 0.4)
+
+
+@pytest.mark.parametrize("factor", [3, -2, sp.Symbol("c", positive=True)])
+def test_slips_whose_coefficients_are_parameters_share_in_proportion_to_their_bounds(factor):
+    """While they hold; the ratio of the slips is a number, or a parameter of known sign, and those of velocities are not."""
+    x, y, u, w = sp.symbols("x y u w", real=True)
+    a, b = sp.symbols("a b", positive=True)
+    slip = a * u - b * w
+    contacts = [
+        sf.Contact("one", slip, 1, sf.laws.coulomb(0.4)),
+        sf.Contact("two", factor * slip, 2, sf.laws.coulomb(0.3)),
+    ]
+    pulls = {"first": sf.At(sf.friction_force("one"), 1.0), "second": sf.At(sf.friction_force("two"), 1.0)}
+    system = sf.System([x, y], [u, w], sp.eye(2), [0.3 * a, -0.3 * b])  # along the slip: it is held
+    values = {a: 0.6, b: 0.8} | ({factor: 2.5} if isinstance(factor, sp.Symbol) else {})
+    run = sf.simulate(sf.Scene(system, contacts, values, {x: 0, y: 0, u: 0, w: 0}, 2.0, pulls), 1e-10).checked()
+    ratio = float(values.get(factor, factor))
+    assert run["first"] + ratio * run["second"] == pytest.approx(-0.3)
+    assert run["second"] / run["first"] == pytest.approx(np.sign(ratio) * 0.6 / 0.4)

@@ -80,3 +80,37 @@ def test_a_stop_beside_the_start_of_a_slip_is_not_stepped_over():
         )
         ends.append(sf.simulate(made, tolerance=1e-9).checked().final)
     assert np.max(np.abs(np.array(ends) - ends[0])) < 1e-7
+
+
+def two_pads(turned):
+    """Return two masses, of which one rubs on the ground and both on each other, in coordinates turned by a matrix."""
+    T = sp.Matrix(turned)
+    q, du = T * sp.Matrix([x, y]), T * sp.Matrix([u, w])
+    push = sp.Matrix([0.4 * sp.sin(3 * sf.TIME) - 3 * q[0] + q[1], 0.3 * sp.sin(2 * sf.TIME) - 3 * q[1] + q[0]])
+    return sf.Scene(
+        system=sf.System([x, y], [u, w], T.T * sp.diag(1.5, 1) * T, list(T.T * push)),
+        contacts=[
+            sf.Contact("ground", slip=sp.expand(du[1]), normal=sp.Float(1.9), law=sf.laws.coulomb(0.4)),
+            sf.Contact("pad", sp.expand(du[0] - du[1]), sp.Float(1.8), sf.laws.square_root(0.3, -0.09, 0.3, 0.09)),
+        ],
+        initial={x: 0, y: 0, u: 0, w: 0},
+        horizon=4.0,
+    )
+
+
+def test_a_slip_between_two_bodies_turns_while_one_of_them_sticks():
+    """The velocity that is left, and the terms of the slip, are as small as its rounding was before it fell to zero.
+
+    In coordinates of which one is the distance of the bodies the same slip is one velocity, and exactly zero.
+    """
+    apart = sp.Matrix([[1, 1], [0, 1]])
+    plain, other = (sf.prepare(two_pads(turned), 1e-8, "taylor") for turned in (sp.eye(2), apart))
+    draw, turns = np.random.default_rng(0), 0
+    for _ in range(40):
+        start = draw.uniform(-1.2, 1.2, 4) * [1, 1, 1, 0.5]
+        run = plain.run({}, dict(zip("xyuw", start, strict=True))).checked()
+        moved = np.kron(np.eye(2), np.array(apart.inv(), float)) @ start
+        right = other.run({}, dict(zip("xyuw", moved, strict=True))).checked()
+        assert run.final == pytest.approx(np.kron(np.eye(2), np.array(apart, float)) @ right.final, abs=1e-5)
+        turns += sum(e.kind == "reverse" and e.contact == "pad" for e in run.events)
+    assert turns > 10

@@ -111,12 +111,13 @@ def test_an_undamped_part_beside_a_damped_one():
     assert found.regained == ()
 
 
-@pytest.mark.parametrize("damping", [0.0, 0.1])
-def test_divergence_of_a_body_that_can_move_as_a_whole(damping):
+@pytest.mark.parametrize(("damping", "unit"), [(0.0, 1.0), (0.1, 1.0), (0.1, 1e5), (0.1, 1e-5)])
+def test_divergence_of_a_body_that_can_move_as_a_whole(damping, unit):
+    """Mu is a coefficient in any unit, such as a load."""
     K = np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
-    F = -np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
-    (point,) = st.flutter(st.Structure(np.eye(3), K, damping * K, F), (0.0, 3.0), count=3).critical
-    assert (point.mu, point.kind) == (pytest.approx(1.0, abs=1e-9), "divergence")
+    F = -np.array([[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 0.0]]) / unit
+    (point,) = st.flutter(st.Structure(np.eye(3), K, damping * K, F), (0.0, 3.0 * unit), count=3).critical
+    assert (point.mu, point.kind) == (pytest.approx(unit, rel=1e-9), "divergence")
 
 
 def test_divergence_of_a_large_structure_whatever_modes_are_followed():

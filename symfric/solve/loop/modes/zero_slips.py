@@ -53,9 +53,47 @@ def try_sticking(w: LoopArrays, n_x: int, n_c: int) -> None:
     for i in range(n_c):
         if w.m[i] != 0.0 and w.contacts.anchor[i] >= 0 and not _is_stopped(w, i):
             w.y[w.contacts.anchor[i]] -= w.gauge[SLIP, i] / w.contacts.factor[i]
+    if w.limits.coupled and sticking > 0 and w.planes.rests.size == 0 and w.openings.variable.size == 0:
+        measure(w, w.y, w.gauge)
+        for i in range(n_c):
+            if w.m[i] != 0.0 and w.contacts.anchor[i] < 0:
+                _make_exact(w, i, n_c)
     if w.planes.rests.size > 1:  # then the slips of others on the same bodies are zero too
         measure(w, w.y, w.gauge)
         _find_zeros_in_plane(w)
+
+
+@compiled
+def _make_exact(w: LoopArrays, i: int, n_c: int) -> None:
+    """Make what rounding has left of the slip of contact i zero, by a velocity that no sticking contact has alone.
+
+    Under a law with an infinite slope at rest it would be a speed of its own: rates far larger than any force, or, on
+    the other side of zero, none at all, and neither contradicts a mode.
+    """
+    place, slope, largest = -1, 0.0, 0.0
+    for r in range(w.limits.n_q):
+        size = abs(w.gauge[COUPLING + n_c + w.limits.n_q + r, i])
+        largest = max(largest, size)
+        if size > slope and not _is_anchor(w, w.limits.n_q + r, n_c):
+            place, slope = r, size
+    if place < 0 or slope * AMPLIFIED < largest:
+        return
+    slope = w.gauge[COUPLING + n_c + w.limits.n_q + place, i]
+    for _ in range(3):
+        slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
+        if slip == 0.0 or abs(slip) > ROUNDING * size:
+            return
+        w.y[w.limits.n_q + place] -= slip / slope
+        measure(w, w.y, w.gauge)
+
+
+@compiled(inline=True)
+def _is_anchor(w: LoopArrays, k: int, n_c: int) -> bool:
+    """Whether the velocity at row k is the whole slip of a contact that sticks."""
+    found = False
+    for j in range(n_c):
+        found = found or (w.m[j] != 0.0 and w.contacts.anchor[j] == k)
+    return found
 
 
 @compiled(inline=True)

@@ -98,7 +98,7 @@ def _turn_slips(w: LoopArrays, n_c: int) -> None:
     moved = False
     for i in range(n_c):
         measure(w, w.y, w.gauge)
-        little = ROUNDING * w.gauge[TERMS, i]
+        little = ROUNDING * max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])  # as slips that are zero are told
         if w.m[i] < 0.5 and w.guards.fresh[backward(i)] and -little <= way(w, i) * w.gauge[SLIP, i] < 0.0:
             k, slope = _moved_most(w, i)
             w.y[k] += way(w, i) * little / slope
@@ -161,8 +161,9 @@ def _arrives(w: LoopArrays, n_x: int, n_c: int) -> bool:
     for i in range(n_c):
         row = n_x + backward(i)
         if w.m[i] < 0.5 and not w.guards.fresh[backward(i)] and w.c[row, 0] <= ROUNDING * w.scale[row]:
-            w.guards.hit[backward(i)] = w.c[row, 1] < 0.0
-            found = found or w.c[row, 1] < 0.0
+            arrived = not w.c[row, 1] >= 0.0  # on the other side of zero there may be no rate
+            w.guards.hit[backward(i)] = arrived
+            found = found or arrived
     if found:
         w.counts.phase = SETTLE
     return found
