@@ -28,6 +28,7 @@ SCRIPTS = {
     "disc_brake_squeal": r"squeals from mu = 0\.4193",
     "door_hinge_shaken": r"intensity 0\.3600",
     "earthquake_fault": r"k = (505\.000000), published \1(.|\n)*k = (7000\.000000), published \3",
+    "feeder_in_the_plane": r"tilt 1 deg: 1\.757 mm/s at 50 Hz, 1\.742 at 100 Hz, closed form 1\.737",
     "follower_force": r"P l/k = (2\.085786438), Ziegler \1(.|\n)*0\.1: (1\.469285714), Herrmann and Jong \3",
     "gear_two_slopes": r"corner at 2\.0\d m/s \+- 0\.0\d(.|\n)*stable there: True",
     "isolator_in_two_directions": r"along x (0\.11236) m, of the vector \1 m\n(.*)along x 0\.08917 m(.*)\n(.*)closed form \1 m",
