@@ -44,14 +44,15 @@ def told(intensity, v, across):
     return -(DAMPING + slope) / 2, power(v, intensity, LAW)
 
 
-@pytest.mark.parametrize(
-    ("v", "across"),
-    [
-        (0.4, True),
-        (0.4, False),
-        *(pytest.param(v, a, marks=pytest.mark.long) for v in (0.2, 0.3) for a in (True, False)),
-    ],
-)
+def test_the_border_is_where_the_mean_friction_neither_grows_nor_decays():
+    found = sf.theory.plane.compare_quenching(LAW, 0.4, DAMPING)
+    assert told(found.across, 0.4, True)[0] == pytest.approx(0.0, abs=1e-6)
+    assert told(found.along, 0.4, False)[0] == pytest.approx(0.0, abs=1e-6)
+
+
+@pytest.mark.long(beside="test_the_border_is_where_the_mean_friction_neither_grows_nor_decays")
+@pytest.mark.parametrize("across", [True, False])
+@pytest.mark.parametrize("v", [0.2, 0.3, 0.4])
 def test_growth_and_power_in_runs_are_those_of_the_mean_friction(v, across):
     found = sf.theory.plane.compare_quenching(LAW, v, DAMPING)
     border = found.across if across else found.along
