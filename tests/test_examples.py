@@ -34,6 +34,7 @@ SCRIPTS = {
     "door_hinge_shaken": r"intensity 0\.3600",
     "drill_string": r"120 rpm: the bit reaches (248\.3040) rpm; closed form \1\n +sticks (0\.67296) of (5\.61670) s; closed form \2 of \3",
     "earthquake_fault": r"k = (505\.000000), published \1(.|\n)*k = (7000\.000000), published \3",
+    "feeder_in_the_plane": r"tilt 1 deg: 1\.757 mm/s at 50 Hz, 1\.742 at 100 Hz, closed form 1\.737",
     "follower_force": r"P l/k = (2\.085786438), Ziegler \1(.|\n)*0\.1: (1\.469285714), Herrmann and Jong \3",
     "friction_compensated": r"1\.16 N: rests 5\.39 mm off(.|\n)*1\.18 N: shakes by \+-(5\.7342) mm, closed form \2(.|\n)*compensate 1\.1703 N",
     "gear_two_slopes": r"corner at 2\.0\d m/s \+- 0\.0\d(.|\n)*stable there: True",

@@ -9,6 +9,7 @@ import sympy as sp
 import symfric as sf
 from symfric.errors import NoRoute
 from symfric.model.in_plane import with_speeds
+from tests.plane.compiled_regularised import regularised as compiled
 from tests.plane.plane_reference import Simulator
 from tests.plane.plane_scenes import drawn
 
@@ -99,6 +100,21 @@ def test_random_scenes_against_a_foreign_simulator(seed):
 @pytest.mark.parametrize("seed", range(40, 340))
 def test_more_random_scenes_against_a_foreign_simulator(seed):
     agrees(seed)
+
+
+@pytest.mark.long(beside="test_random_scenes_against_a_foreign_simulator")
+@pytest.mark.parametrize("first", range(1000, 3000, 100))
+def test_hundreds_of_random_scenes_are_limits_of_regularised_ones(first):
+    """At speeds of regularisation down to 1e-6 the difference falls with each of them, and tolerances agree."""
+    for seed in range(first, first + 100):
+        drawn_scene = drawn(seed)
+        scene = drawn_scene.scene()
+        loose, run = (sf.simulate(scene, tolerance=tolerance).checked() for tolerance in (1e-9, 1e-12))
+        assert loose.final == pytest.approx(run.final, abs=1e-7), seed
+        assert run.energy_residual() < 1e-10, seed
+        errors = [np.max(np.abs(compiled(drawn_scene, eps) - run.final)) for eps in (1e-3, 1e-4, 1e-5, 1e-6)]
+        falls = (b < max(0.35 * a, 1e-8) for a, b in zip(errors, errors[1:], strict=False))
+        assert all(falls), (seed, errors)
 
 
 def dragged(a=0.3):

@@ -10,6 +10,7 @@ import sympy as sp
 from scipy.optimize import brentq
 
 import symfric as sf
+from tests.plane.compiled_regularised import regularised as compiled
 from tests.plane.plane_reference import Planar, Problem, Simulator, incline, least_use, polar_incline, regularised
 from tests.plane.plane_scenes import drawn
 
@@ -157,6 +158,14 @@ def test_random_scenes_are_the_limit_of_regularised_ones(seed):
 @pytest.mark.parametrize("seed", MORE)
 def test_more_random_scenes_are_the_limit_of_regularised_ones(seed):
     check_trend(seed)
+
+
+@pytest.mark.long(beside="test_random_scenes_are_the_limit_of_regularised_ones")
+@pytest.mark.parametrize("seed", [1, 3, 12])
+def test_the_compiled_regularised_scenes_are_the_same(seed):
+    scene = drawn(seed)
+    for eps in (1e-2, 1e-3):
+        assert compiled(scene, eps) == pytest.approx(regularised(scene.problem(), eps, 1e-9), abs=1e-8)
 
 
 def test_a_looser_tolerance_gives_the_same_events():
