@@ -192,7 +192,7 @@ def script(code, **environment):
 
 def test_a_script_gets_lines_on_stderr_or_from_its_log_or_none():
     done = script("count(5)")
-    assert re.fullmatch(r"symfric: count: \d+ %, \d of 5\nsymfric: count: 0\.\d s\n", done.stderr)
+    assert re.fullmatch(r"symfric: count: \d+ %, \d of 5\nsymfric: count: \d+\.\d s\n", done.stderr)
     done = script("import logging; logging.basicConfig(level='INFO', format='LOG %(message)s'); count(5)")
     assert re.fullmatch(r"LOG count: \d+ %, \d of 5\nLOG count: 0\.\d s\n", done.stderr)
     done = script("import logging; logging.basicConfig(); count(5)")
@@ -332,6 +332,63 @@ def test_an_interrupted_sweep_keeps_its_cases_and_goes_on_in_its_store(monkeypat
     assert np.array_equal(part.x.values[~missing], whole.x.values[~missing])
     monkeypatch.setattr(scheduler.Meter, "__call__", original)
     assert np.array_equal(sf.sweep(scene, grid, store=tmp_path / "cases").x, whole.x)
+
+
+@pytest.mark.parametrize(("route", "threads"), [("taylor", 1), ("taylor", 2), ("integrators", 1), ("integrators", 2)])
+def test_an_interrupted_map_keeps_its_cases(monkeypatch, route, threads):
+    program = sf.prepare(BELT.wanting({"x": sf.Max(X)}).until(20.0), 1e-8, route=route)
+    size = 12 if route == "integrators" else 3000
+    cases = {"v_b": np.linspace(0.3, 0.4, size)}
+    whole = program.map(cases)
+    told = []
+
+    def interrupted(part):
+        told.append(part)
+        if part > 0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        program.map(cases, threads=threads, progress=interrupted)
+    with sf.keep_when_interrupted():
+        part = program.map(cases, threads=threads, progress=interrupted)
+    missing = part.status == -3
+    assert 0 < missing.sum() < size
+    assert np.isnan(part["x"][missing]).all()
+    assert np.isnan(part.final[:, missing]).all()
+    assert np.array_equal(part["x"][~missing], whole["x"][~missing])
+    assert part.to_dict()["status"].count("NOT_COMPUTED") == missing.sum()
+    assert part.to_xarray().status.attrs["flag_meanings"].startswith("NOT_COMPUTED")
+    with pytest.raises(sf.RunFailed, match="NOT_COMPUTED"):
+        part.checked()
+
+
+def test_a_sweep_does_not_take_a_part_of_a_map_for_the_whole(monkeypatch):
+    from symfric.solve.loop import cases
+
+    interrupt_after(monkeypatch, cases, 0)
+    with sf.keep_when_interrupted():
+        part = sf.sweep(BELT.wanting({"x": sf.Max(X)}), {"v_b": np.linspace(0.1, 0.4, 50)})
+    assert (part.status.values == -3).all()
+
+
+def test_interrupted_basins_keep_their_attractors(monkeypatch):
+    from symfric.ensemble import basins
+
+    scene = sf.scenes.mass_on_belt(sf.laws.exponential(0.4), v_b=1.6).until(400)
+    starts = {"x": [0.5, 3.0, 0.6]}
+    whole = sf.basins(scene, starts)
+    interrupt_after(monkeypatch, basins, 1)
+    with pytest.raises(KeyboardInterrupt):
+        sf.basins(scene, starts)
+    interrupt_after(monkeypatch, basins, 1)
+    with sf.keep_when_interrupted():
+        part = sf.basins(scene, starts)
+    left = part.status == -3
+    assert left.any()
+    assert (part.label[left] == -1).all()
+    assert not left.all()
+    kinds = [[None if k < 0 else found.attractors[k].kind for k in found.label] for found in (part, whole)]
+    assert all(one is None or one == other for one, other in zip(*kinds, strict=True))
 
 
 def test_interrupted_exponents_and_fits_are_kept(monkeypatch):

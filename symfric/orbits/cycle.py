@@ -302,9 +302,9 @@ def read_guess(guess: Any, flow: FlowMap, forcing: float | None) -> Guess:
 def _near(scene: Scene, flow: FlowMap, values: dict[str, float], guess: Guess) -> Orbit:
     system = ShootingSystem(flow, values, guess.multiple)
     z = system.pack(guess.start, guess.period, values)
-    before = system.follow(z)
+    before = system.follow(z) if system.free else None
     closed = solve(system, z)
-    if np.all(closed.passage.ranges <= _VANISHED * before.ranges) and system.free:
+    if before is not None and np.all(closed.passage.ranges <= _VANISHED * before.ranges):
         raise NotFound("no limit cycle near the guess: Newton's method leads to steady sliding")
     return orbit_of(scene, *_shortest(system, closed, guess.turns))
 

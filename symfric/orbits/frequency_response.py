@@ -185,17 +185,30 @@ def highest(
     close : float
         Error of the frequency, relative to it.
     """
-    best = near
+    best, known = near, {near.value: near.orbit}
 
     def size(value: float) -> float:
         nonlocal best
         try:
-            orbit = limit_cycle(scene.where({parameter: value}), near.orbit, tolerance)
+            orbit = limit_cycle(scene.where({parameter: value}), _between(known, value), tolerance)
         except NotFound:
             return 0.0
+        if near.half_range == 0.0:  # of another scene
+            known.pop(near.value, None)
+        known[value] = orbit
         if orbit.half_range[k] > best.half_range:
             best = Peak(value, float(orbit.half_range[k]), orbit)
         return -float(orbit.half_range[k])
 
     minimum(size, *span, xatol=close * max(abs(span[0]), abs(span[1])))
     return best
+
+
+def _between(known: dict[float, Orbit], value: float) -> tuple[np.ndarray, float]:
+    """Return a guess of the response at a frequency, on the line through the starts at the two nearest known ones."""
+    one, *others = sorted(known, key=lambda v: abs(v - value))
+    start, turn = known[one].start, known[one].period * one
+    alike = [v for v in others if abs(known[v].period * v - turn) < 1e-6 * turn]
+    if alike and alike[0] != one:
+        start = start + (value - one) / (alike[0] - one) * (known[alike[0]].start - start)
+    return start, turn / value
