@@ -10,7 +10,8 @@ from symfric.model.excitation import is_excited
 from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, finite, name_of, nearest, pair
 from symfric.orbits.continuation.branch import Branch, Peak, continue_cycle
-from symfric.orbits.cycle import Orbit, limit_cycle
+from symfric.orbits.cycle import Orbit, orbit_at, values_of
+from symfric.orbits.flow_map import flow_of
 from symfric.search import minimum
 
 _PIECES = 6  # starts of a branch that ends within the span
@@ -186,11 +187,12 @@ def highest(
         Error of the frequency, relative to it.
     """
     best, known = near, {near.value: near.orbit}
+    flow, values = flow_of(scene, (parameter,), tolerance), values_of(scene)  # that of the branch
 
     def size(value: float) -> float:
         nonlocal best
         try:
-            orbit = limit_cycle(scene.where({parameter: value}), _between(known, value), tolerance)
+            orbit = orbit_at(scene, flow, {**values, parameter: value}, _between(known, value))
         except NotFound:
             return 0.0
         if near.half_range == 0.0:  # of another scene
