@@ -11,6 +11,7 @@ import time
 
 import numpy as np
 import pytest
+import sympy as sp
 
 import symfric as sf
 from symfric import long_calls, shown_progress
@@ -427,6 +428,38 @@ def test_an_interrupt_within_a_design_ends_it_even_then(monkeypatch):
     interrupt_after(monkeypatch, walk, 0)
     with sf.keep_when_interrupted(), pytest.raises(KeyboardInterrupt):
         sf.design.damper(BELT, "beta", bounds=(0, 1), speeds=(0.3, 0.45), half_range=0.1)
+
+
+def test_interrupted_designs_are_the_best_ones_until_then(monkeypatch):
+    from symfric.design.damper import best_load
+    from symfric.design.isolator import design
+
+    W, N, x, u = *sp.symbols("W N", positive=True), *sp.symbols("x u", real=True)
+    system = sf.System([x], [u], [[1]], [-x - u / 50 + sp.cos(W * sf.TIME)])
+    joint = sf.Contact("joint", slip=u, normal=N, law=sf.laws.coulomb(0.5))
+    scene = sf.Scene(system, [joint], {W: 0.9, N: 0.4}, {x: 0, u: 0}, horizon=100.0)
+    ask = {"bounds": (0.5, 1.2), "speeds": (0.9, 1.1), "speed": "W"}
+    interrupt_after(monkeypatch, best_load, 2)
+    with pytest.raises(KeyboardInterrupt):
+        sf.design.damper(scene, "N", **ask)
+    interrupt_after(monkeypatch, best_load, 2)
+    with sf.keep_when_interrupted():
+        part = sf.design.damper(scene, "N", **ask)
+    assert part.status == "unverified"
+    assert "interrupted" in part.doubts[0]
+    assert part.curve.x.size == 2
+    assert part.objective == part.curve.y.min()
+    quake = sf.motions.sine_burst(3.0, 1.0, cycles=5)
+    building = sf.scenes.rolling_isolator(C=1e5, m=3e5, motion=quake, profile=0.01)
+    given = building, [quake], {"C": (1e3, 1e6)}
+    interrupt_after(monkeypatch, design, 1)
+    with sf.keep_when_interrupted():
+        part = sf.design.isolator(*given, limits={"displacement": 0.15})
+    assert part.status == "unverified"
+    assert part.to_dict()["check"]["agrees"] is False
+    interrupt_after(monkeypatch, design, 0)
+    with sf.keep_when_interrupted(), pytest.raises(KeyboardInterrupt):  # nothing was computed
+        sf.design.isolator(*given, limits={"displacement": 0.15})
 
 
 def test_calls_outside_a_shown_one_tell_nothing():

@@ -319,7 +319,7 @@ def orbit_at(
 
 
 def _near(scene: Scene, flow: FlowMap, values: dict[str, float], guess: Guess) -> Orbit:
-    system = ShootingSystem(flow, values, guess.multiple)
+    system = ShootingSystem(flow, values, guess.multiple, widths=(1.0,) * len(flow.parameters))  # one may be zero
     z = system.pack(guess.start, guess.period, values)
     before = system.follow(z) if system.free else None
     closed = solve(system, z, _held(system, z))
