@@ -337,8 +337,11 @@ def test_an_interrupted_sweep_keeps_its_cases_and_goes_on_in_its_store(monkeypat
 
 @pytest.mark.parametrize(("route", "threads"), [("taylor", 1), ("taylor", 2), ("integrators", 1), ("integrators", 2)])
 def test_an_interrupted_map_keeps_its_cases(monkeypatch, route, threads):
+    from symfric.solve.loop import cases as case_loop
+
+    monkeypatch.setattr(case_loop, "_INTERVAL", 0.001)
     program = sf.prepare(BELT.wanting({"x": sf.Max(X)}).until(20.0), 1e-8, route=route)
-    size = 12 if route == "integrators" else 3000
+    size = 12 if route == "integrators" else 20_000
     cases = {"v_b": np.linspace(0.3, 0.4, size)}
     whole = program.map(cases)
     told = []
