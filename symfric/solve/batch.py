@@ -1,6 +1,6 @@
 """Results of many runs of one program, as arrays."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, field, replace
@@ -236,7 +236,7 @@ def batch_of_runs(
         except SceneError as reason:
             raise SceneError(f"case {k}: {reason}") from None
 
-    def all_runs() -> Iterator[Run]:
+    def all_runs() -> Generator[Run, None, None]:
         if threads == 1 or cases.size <= 1:
             yield from map(one, range(cases.size))
             return
