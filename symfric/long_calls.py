@@ -235,7 +235,6 @@ def tell_of_run(fraction: float) -> None:
 
 
 _KEEPING = ContextVar("whether an interrupt keeps what was found", default=False)
-_KEEPERS = ("continue_cycle", "frequency_response", "sweep", "identify", "lyapunov")
 
 
 @contextmanager
@@ -244,9 +243,11 @@ def keep_when_interrupted() -> Iterator[None]:
 
     Without it an interrupt (Ctrl-C) ends the call and what it found is lost. `continue_cycle` and `frequency_response`
     return the branch to the last orbit, with the end "interrupted"; `sweep` its table, with the status -3 where a case
-    was not computed; `lyapunov` the exponents over the time until then; `identify` the best fit of the starts that were
-    tried, once there is one. The logger "symfric" warns. Other calls are interrupted as ever, and so is the work
-    after the block.
+    was not computed; ``program.map`` its batch, likewise; `basins` the attractors found, with
+    the status -3 for starts that belong to none of them as yet; `lyapunov` the exponents over the time until then;
+    `identify` the best fit of the starts that were tried, once there is one; `symfric.design.damper` of a forced scene
+    and `symfric.design.isolator` the best design so far, unverified. The logger "symfric" warns. Other calls are
+    interrupted as ever, and so is the work after the block.
 
     Returns
     -------
@@ -269,13 +270,14 @@ def keep_when_interrupted() -> Iterator[None]:
 
 
 @contextmanager
-def until_interrupted() -> Iterator[None]:
-    """Leave this block at an interrupt and go on behind it, where the user's call keeps what it has found."""
+def until_interrupted(*names: str) -> Iterator[None]:
+    """Leave this block at an interrupt and go on behind it, where the user's call has one of these names and keeps what
+    it has found; within other calls this work is a part that cannot be used alone."""
     try:
         yield
     except KeyboardInterrupt:
         call = _CALL.get()
-        if not _KEEPING.get() or call is None or call.name not in _KEEPERS:
+        if not _KEEPING.get() or call is None or call.name not in names:
             raise
         _log.warning("%s was interrupted; the result holds what it had found", call.name)
 

@@ -11,6 +11,7 @@ import time
 
 import numpy as np
 import pytest
+import sympy as sp
 
 import symfric as sf
 from symfric import long_calls, shown_progress
@@ -192,7 +193,7 @@ def script(code, **environment):
 
 def test_a_script_gets_lines_on_stderr_or_from_its_log_or_none():
     done = script("count(5)")
-    assert re.fullmatch(r"symfric: count: \d+ %, \d of 5\nsymfric: count: 0\.\d s\n", done.stderr)
+    assert re.fullmatch(r"symfric: count: \d+ %, \d of 5\nsymfric: count: \d+\.\d s\n", done.stderr)
     done = script("import logging; logging.basicConfig(level='INFO', format='LOG %(message)s'); count(5)")
     assert re.fullmatch(r"LOG count: \d+ %, \d of 5\nLOG count: 0\.\d s\n", done.stderr)
     done = script("import logging; logging.basicConfig(); count(5)")
@@ -334,6 +335,66 @@ def test_an_interrupted_sweep_keeps_its_cases_and_goes_on_in_its_store(monkeypat
     assert np.array_equal(sf.sweep(scene, grid, store=tmp_path / "cases").x, whole.x)
 
 
+@pytest.mark.parametrize(("route", "threads"), [("taylor", 1), ("taylor", 2), ("integrators", 1), ("integrators", 2)])
+def test_an_interrupted_map_keeps_its_cases(monkeypatch, route, threads):
+    from symfric.solve.loop import cases as case_loop
+
+    monkeypatch.setattr(case_loop, "_INTERVAL", 0.001)
+    program = sf.prepare(BELT.wanting({"x": sf.Max(X)}).until(20.0), 1e-8, route=route)
+    size = 12 if route == "integrators" else 20_000
+    cases = {"v_b": np.linspace(0.3, 0.4, size)}
+    whole = program.map(cases)
+    told = []
+
+    def interrupted(part):
+        told.append(part)
+        if part > 0:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        program.map(cases, threads=threads, progress=interrupted)
+    with sf.keep_when_interrupted():
+        part = program.map(cases, threads=threads, progress=interrupted)
+    missing = part.status == -3
+    assert 0 < missing.sum() < size
+    assert np.isnan(part["x"][missing]).all()
+    assert np.isnan(part.final[:, missing]).all()
+    assert np.array_equal(part["x"][~missing], whole["x"][~missing])
+    assert part.to_dict()["status"].count("NOT_COMPUTED") == missing.sum()
+    assert part.to_xarray().status.attrs["flag_meanings"].startswith("NOT_COMPUTED")
+    with pytest.raises(sf.RunFailed, match="NOT_COMPUTED"):
+        part.checked()
+
+
+def test_a_sweep_does_not_take_a_part_of_a_map_for_the_whole(monkeypatch):
+    from symfric.solve.loop import cases
+
+    interrupt_after(monkeypatch, cases, 0)
+    with sf.keep_when_interrupted():
+        part = sf.sweep(BELT.wanting({"x": sf.Max(X)}), {"v_b": np.linspace(0.1, 0.4, 50)})
+    assert (part.status.values == -3).all()
+
+
+def test_interrupted_basins_keep_their_attractors(monkeypatch):
+    from symfric.ensemble import basins
+
+    scene = sf.scenes.mass_on_belt(sf.laws.exponential(0.4), v_b=1.6).until(400)
+    starts = {"x": [0.5, 3.0, 0.6]}
+    whole = sf.basins(scene, starts)
+    interrupt_after(monkeypatch, basins, 1)
+    with pytest.raises(KeyboardInterrupt):
+        sf.basins(scene, starts)
+    interrupt_after(monkeypatch, basins, 1)
+    with sf.keep_when_interrupted():
+        part = sf.basins(scene, starts)
+    left = part.status == -3
+    assert left.any()
+    assert (part.label[left] == -1).all()
+    assert not left.all()
+    kinds = [[None if k < 0 else found.attractors[k].kind for k in found.label] for found in (part, whole)]
+    assert all(one is None or one == other for one, other in zip(*kinds, strict=True))
+
+
 def test_interrupted_exponents_and_fits_are_kept(monkeypatch):
     from symfric.identification import starts
     from symfric.orbits import lyapunov
@@ -370,6 +431,38 @@ def test_an_interrupt_within_a_design_ends_it_even_then(monkeypatch):
     interrupt_after(monkeypatch, walk, 0)
     with sf.keep_when_interrupted(), pytest.raises(KeyboardInterrupt):
         sf.design.damper(BELT, "beta", bounds=(0, 1), speeds=(0.3, 0.45), half_range=0.1)
+
+
+def test_interrupted_designs_are_the_best_ones_until_then(monkeypatch):
+    from symfric.design.damper import best_load
+    from symfric.design.isolator import design
+
+    W, N, x, u = *sp.symbols("W N", positive=True), *sp.symbols("x u", real=True)
+    system = sf.System([x], [u], [[1]], [-x - u / 50 + sp.cos(W * sf.TIME)])
+    joint = sf.Contact("joint", slip=u, normal=N, law=sf.laws.coulomb(0.5))
+    scene = sf.Scene(system, [joint], {W: 0.9, N: 0.4}, {x: 0, u: 0}, horizon=100.0)
+    ask = {"bounds": (0.5, 1.2), "speeds": (0.9, 1.1), "speed": "W"}
+    interrupt_after(monkeypatch, best_load, 2)
+    with pytest.raises(KeyboardInterrupt):
+        sf.design.damper(scene, "N", **ask)
+    interrupt_after(monkeypatch, best_load, 2)
+    with sf.keep_when_interrupted():
+        part = sf.design.damper(scene, "N", **ask)
+    assert part.status == "unverified"
+    assert "interrupted" in part.doubts[0]
+    assert part.curve.x.size == 2
+    assert part.objective == part.curve.y.min()
+    quake = sf.motions.sine_burst(3.0, 1.0, cycles=5)
+    building = sf.scenes.rolling_isolator(C=1e5, m=3e5, motion=quake, profile=0.01)
+    given = building, [quake], {"C": (1e3, 1e6)}
+    interrupt_after(monkeypatch, design, 1)
+    with sf.keep_when_interrupted():
+        part = sf.design.isolator(*given, limits={"displacement": 0.15})
+    assert part.status == "unverified"
+    assert part.to_dict()["check"]["agrees"] is False
+    interrupt_after(monkeypatch, design, 0)
+    with sf.keep_when_interrupted(), pytest.raises(KeyboardInterrupt):  # nothing was computed
+        sf.design.isolator(*given, limits={"displacement": 0.15})
 
 
 def test_calls_outside_a_shown_one_tell_nothing():

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 
 from symfric.design.result import Checked, Curve, Design
+from symfric.model.results import Result
 from symfric.model.scene import Scene
 
 BETTER = 1e-7  # relative gain of the objective below which a neighbour is not better
@@ -66,6 +67,26 @@ def judged(
         doubts.append("no design beside it was computed")
     doubts += [f"{n.change} has the objective {n.objective:.9g}" for n in neighbours if n.beats(objective, sense)]
     return (BEST_FOUND if doubts else claim), tuple(doubts)
+
+
+@dataclass(frozen=True)
+class Interrupted(Result):
+    """What stands in the place of a verification that an interrupt prevented."""
+
+    _told = ("agrees", "disagreements")
+
+    @property
+    def agrees(self) -> bool:
+        """False."""
+        return False
+
+    @property
+    def disagreements(self) -> tuple[str, ...]:
+        """The reason."""
+        return ("the design was interrupted; this is the best one until then, and it is not verified",)
+
+    def __str__(self) -> str:
+        return self.disagreements[0]
 
 
 def design(

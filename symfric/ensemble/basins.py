@@ -16,7 +16,7 @@ from symfric.ensemble.sampling import row_of
 from symfric.ensemble.sweep import sweep
 from symfric.ensemble.worker import CODES
 from symfric.errors import SceneError
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell, until_interrupted
 from symfric.model.excitation import forcing_period
 from symfric.model.outputs import End, StopTime
 from symfric.model.results import ArrayResult, Drawable, Labelled, as_plain
@@ -24,6 +24,7 @@ from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, finite, name_of, nearest
 from symfric.model.units import attributes_of
 from symfric.orbits.sizes import over_time
+from symfric.solve.case_values import NOT_COMPUTED
 
 _MOST = 20  # most attractors; starts that end in others are not labelled
 _TURNS = 8  # most horizons that motions slow to settle are followed together
@@ -42,7 +43,8 @@ class Basins(ArrayResult, Drawable):
     label : ndarray of int, shape of the grid
         Index of the attractor; -1 where the run failed, or beyond the 20th attractor.
     status : ndarray of int, shape of the grid
-        Codes of `Status`; -1 if the start is not valid, -2 for an error.
+        Codes of `Status`; -1 if the start is not valid, -2 for an error, -3 for one of no attractor as yet, see
+        `symfric.keep_when_interrupted`.
     attractors : tuple of Attractor
         In the order in which the grid meets them.
 
@@ -216,22 +218,43 @@ def _labelled(
     resting = (status == 0) & np.isfinite(stops)
     if np.any(resting):
         label[resting] = collection.rest()
-    open_, turns = np.flatnonzero((status == 0) & ~resting), 0
-    while open_.size and len(collection.known) < _MOST:
-        known = len(collection.known)
-        first = open_[0]
-        label[first], status[first] = collection.settle(ends[:, first])
-        open_ = open_[1:]
-        if len(collection.known) == known:
-            if turns == _TURNS or not open_.size:
-                continue
-            turns += 1
-            status[open_], followed = follow(ends[:, open_])
-            ends[:, open_] = followed["end"]
-            rests = (status[open_] == 0) & np.isfinite(followed["stop"])
-            if np.any(rests):
-                label[open_[rests]] = collection.rest()
-            open_ = open_[(status[open_] == 0) & ~rests]
-        label[open_] = collection.nearest(ends[:, open_])
-        open_ = open_[label[open_] < 0]
+    with until_interrupted("basins"):
+        _settle(collection, follow, ends, label, status, np.flatnonzero((status == 0) & ~resting))
     return label
+
+
+def _settle(
+    collection: Collection,
+    follow: Follow,
+    ends: np.ndarray,
+    label: np.ndarray,
+    status: np.ndarray,
+    open_: np.ndarray,
+) -> None:
+    """Enter the attractors of the open ends one after the other.
+
+    What is left when an interrupt ends this has the status `NOT_COMPUTED`.
+    """
+    turns = 0
+    try:
+        while open_.size and len(collection.known) < _MOST:
+            tell(f"{len(collection.known)} attractors", 1.0 - open_.size / status.size)
+            known = len(collection.known)
+            first = open_[0]
+            label[first], status[first] = collection.settle(ends[:, first])
+            open_ = open_[1:]
+            if len(collection.known) == known:
+                if turns == _TURNS or not open_.size:
+                    continue
+                turns += 1
+                status[open_], followed = follow(ends[:, open_])
+                ends[:, open_] = followed["end"]
+                rests = (status[open_] == 0) & np.isfinite(followed["stop"])
+                if np.any(rests):
+                    label[open_[rests]] = collection.rest()
+                open_ = open_[(status[open_] == 0) & ~rests]
+            label[open_] = collection.nearest(ends[:, open_])
+            open_ = open_[label[open_] < 0]
+    except KeyboardInterrupt:
+        status[open_[label[open_] < 0]] = NOT_COMPUTED
+        raise

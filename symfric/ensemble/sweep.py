@@ -99,7 +99,7 @@ def sweep(
         return _stored(kept, cases, tolerance)
     results = Results(cases.size, width, kept)
     try:
-        with until_interrupted():
+        with until_interrupted("sweep"):
             if results.left.size:
                 _run(cases, results, tolerance, route, workers, executor, progress)
     finally:

@@ -16,11 +16,12 @@ from symfric.ensemble.grid import fingerprint
 from symfric.errors import NoRoute, RunFailed, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.scene import Scene
+from symfric.solve.case_values import NOT_COMPUTED
 from symfric.solve.protocol import Program
 from symfric.solve.routes import RouteName, Settings, prepare
 from symfric.solve.status import Status
 
-REFUSED, ERROR, NOT_COMPUTED = -1, -2, -3  # codes besides those of Status, for cases without a run
+REFUSED, ERROR = -1, -2  # codes besides those of Status, for cases without a run
 CODES = {NOT_COMPUTED: "NOT_COMPUTED", REFUSED: "REFUSED", ERROR: "ERROR", **{int(s): s.name for s in Status}}
 KEPT = 8  # most programs kept in a process, and in one of an executor
 _HERE = threading.local()

@@ -61,7 +61,7 @@ def best_of(problem: Problem, starts: list[tuple[np.ndarray, bool]]) -> list[Min
         least = f", least cost {min(m.cost for m in minima):.4g}" if minima else ""
         tell(f"start {k} of {len(starts)}{least}")
         before, values = len(minima), start
-        with until_interrupted():
+        with until_interrupted("identify"):
             if early:
                 for part in WINDOWS:
                     brief = minimise(problem.prefix(part), values, LOOSE, BRIEF)

@@ -247,11 +247,17 @@ def limit_cycle(
     True
     """
     check_scene(scene)
-    flow = flow_of(scene, (), tolerance)
+    return found_cycle(scene, flow_of(scene, (), tolerance), guess)
+
+
+def found_cycle(
+    scene: Scene, flow: FlowMap, guess: Orbit | tuple[Sequence[float] | np.ndarray, float] | None = None
+) -> Orbit:
+    """Return the result of `limit_cycle` from a flow map of the scene, which may have one parameter."""
     values = values_of(scene)
-    forcing = flow.period(values) if flow.period else None
     if guess is not None:
-        return _near(scene, flow, values, read_guess(guess, flow, forcing))
+        return orbit_at(scene, flow, values, guess)
+    forcing = flow.period(values) if flow.period else None
     reason, settling, unstable = "", False, None
     for patience in _PATIENCE:
         settling = False
@@ -299,12 +305,25 @@ def read_guess(guess: Any, flow: FlowMap, forcing: float | None) -> Guess:
     return Guess(state, period, multiple, max(1, multiple))
 
 
+def orbit_at(
+    scene: Scene, flow: FlowMap, values: dict[str, float], guess: Orbit | tuple[Sequence[float] | np.ndarray, float]
+) -> Orbit:
+    """Return the orbit near a guess at given values, with a flow map that may have one parameter.
+
+    Raises
+    ------
+    NotFound
+        If no orbit is found near the guess.
+    """
+    return _near(scene, flow, values, read_guess(guess, flow, flow.period(values) if flow.period else None))
+
+
 def _near(scene: Scene, flow: FlowMap, values: dict[str, float], guess: Guess) -> Orbit:
-    system = ShootingSystem(flow, values, guess.multiple)
+    system = ShootingSystem(flow, values, guess.multiple, widths=(1.0,) * len(flow.parameters))  # one may be zero
     z = system.pack(guess.start, guess.period, values)
-    before = system.follow(z)
-    closed = solve(system, z)
-    if np.all(closed.passage.ranges <= _VANISHED * before.ranges) and system.free:
+    before = system.follow(z) if system.free else None
+    closed = solve(system, z, _held(system, z))
+    if before is not None and np.all(closed.passage.ranges <= _VANISHED * before.ranges):
         raise NotFound("no limit cycle near the guess: Newton's method leads to steady sliding")
     return orbit_of(scene, *_shortest(system, closed, guess.turns))
 
@@ -316,8 +335,14 @@ def _shortest(system: ShootingSystem, point: Point, turns: int) -> tuple[Shootin
         part = system.flow.run(start, values, period / parts)
         if np.all(np.abs(part.end - start) <= _SAME * point.passage.ranges):
             least = replace(system, multiple=system.multiple // parts)
-            return least, solve(least, least.pack(start, period / parts, values))
+            z = least.pack(start, period / parts, values)
+            return least, solve(least, z, _held(least, z))
     return system, point
+
+
+def _held(system: ShootingSystem, z: np.ndarray) -> np.ndarray | None:
+    """Return the direction of the parameter among the unknowns, which Newton's method holds; None without one."""
+    return np.append(np.zeros(z.size - 1), 1.0) if system.flow.parameters else None
 
 
 def orbit_of(scene: Scene, system: ShootingSystem, point: Point) -> Orbit:

@@ -10,7 +10,8 @@ from symfric.model.excitation import is_excited
 from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, finite, name_of, nearest, pair
 from symfric.orbits.continuation.branch import Branch, Peak, continue_cycle
-from symfric.orbits.cycle import Orbit, limit_cycle
+from symfric.orbits.cycle import Orbit, orbit_at, values_of
+from symfric.orbits.flow_map import flow_of
 from symfric.search import minimum
 
 _PIECES = 6  # starts of a branch that ends within the span
@@ -185,17 +186,31 @@ def highest(
     close : float
         Error of the frequency, relative to it.
     """
-    best = near
+    best, known = near, {near.value: near.orbit}
+    flow, values = flow_of(scene, (parameter,), tolerance), values_of(scene)  # that of the branch
 
     def size(value: float) -> float:
         nonlocal best
         try:
-            orbit = limit_cycle(scene.where({parameter: value}), near.orbit, tolerance)
+            orbit = orbit_at(scene, flow, {**values, parameter: value}, _between(known, value))
         except NotFound:
             return 0.0
+        if near.half_range == 0.0:  # of another scene
+            known.pop(near.value, None)
+        known[value] = orbit
         if orbit.half_range[k] > best.half_range:
             best = Peak(value, float(orbit.half_range[k]), orbit)
         return -float(orbit.half_range[k])
 
     minimum(size, *span, xatol=close * max(abs(span[0]), abs(span[1])))
     return best
+
+
+def _between(known: dict[float, Orbit], value: float) -> tuple[np.ndarray, float]:
+    """Return a guess of the response at a frequency, on the line through the starts at the two nearest known ones."""
+    one, *others = sorted(known, key=lambda v: abs(v - value))
+    start, turn = known[one].start, known[one].period * one
+    alike = [v for v in others if abs(known[v].period * v - turn) < 1e-6 * turn]
+    if alike and alike[0] != one:
+        start = start + (value - one) / (alike[0] - one) * (known[alike[0]].start - start)
+    return start, turn / value

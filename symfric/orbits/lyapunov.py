@@ -190,7 +190,7 @@ def _grow(
 ) -> tuple[np.ndarray, np.ndarray, int]:
     """Return the growth of every direction in every piece after the transient (n, n_x), last state, doubtful ones."""
     slopes, low, high, doubtful, done = np.empty((lengths.size, y.size, y.size)), y, y, 0, 0
-    with until_interrupted():
+    with until_interrupted("lyapunov"):
         for k, length in enumerate(lengths.tolist()):
             tell("", k / lengths.size)
             passage = _passage(flow, values, y, length, np.sum(lengths[:k]))

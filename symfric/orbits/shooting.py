@@ -170,6 +170,7 @@ def solve(
     normal: np.ndarray | None = None,
     most: int = MOST_STEPS,
     through: np.ndarray | None = None,
+    reference: np.ndarray | None = None,
 ) -> Point:
     """Solve the shooting equations by Newton's method from a guess.
 
@@ -183,17 +184,19 @@ def solve(
         Steps of Newton's method.
     through : ndarray, shape (n_z,), optional
         A point of the plane orthogonal to `normal` that contains the solution; the guess unless given.
+    reference : ndarray, shape (n_z,), optional
+        Unknowns from which phase and the places of idle sliders are measured; the guess unless given.
 
     Raises
     ------
     NotFound
         If Newton's method does not converge.
     """
-    plane = z if through is None else through
-    now = system.at(z, None, z[: len(system.flow.states)])
+    plane, base = z if through is None else through, z if reference is None else reference
+    now = system.at(z, None, base[: len(system.flow.states)])
     size = misfit(now) if through is None else 1.0
     for _ in range(most):
-        now, size, share = _improved(system, now, size, normal, z, plane)
+        now, size, share = _improved(system, now, size, normal, base, plane)
         if size <= system.flow.closed and share == 1.0:
             return now
     raise NotFound(_STUCK)

@@ -1,7 +1,8 @@
 """Results of many runs of one program, as arrays."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -9,12 +10,12 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from symfric.errors import RunFailed, SceneError
-from symfric.long_calls import tell
+from symfric.long_calls import tell, until_interrupted
 from symfric.model.notebook import html_table
 from symfric.model.results import BY_NAME, ArrayResult, Labelled, as_plain
 from symfric.model.rows import CROSSINGS, INTEGRAL, RANGE
 from symfric.model.scene import Scene
-from symfric.solve.case_values import CaseValues
+from symfric.solve.case_values import NOT_COMPUTED, CaseValues
 from symfric.solve.observed import observables_of
 from symfric.solve.run import Run
 from symfric.solve.status import ADVICE, Status
@@ -36,7 +37,7 @@ class Batch(ArrayResult):
     t_final : ndarray, shape (n,)
         When each case ended; NaN if its start, a formula of its values, is no finite number.
     status : ndarray of int, shape (n,)
-        Codes of `Status`.
+        Codes of `Status`; -3 for a case that was not computed, see `symfric.keep_when_interrupted`.
     stats : dict of str to ndarray
         Counts (n,) of steps, events, kinks and grazes; a graze is an event or an instant that changes no mode.
     names : tuple of str
@@ -66,7 +67,7 @@ class Batch(ArrayResult):
     outputs: dict[str, np.ndarray]
     final: np.ndarray = field(metadata=BY_NAME)
     t_final: np.ndarray
-    status: np.ndarray = field(metadata=as_plain(lambda codes, _: [Status(s).name for s in codes.tolist()]))
+    status: np.ndarray = field(metadata=as_plain(lambda codes, _: list(map(name_of_code, codes.tolist()))))
     stats: dict[str, np.ndarray]
     names: tuple[str, ...]
     given: dict[str, np.ndarray] = field(repr=False)
@@ -75,7 +76,8 @@ class Batch(ArrayResult):
     _told = ("given", "outputs", "final", "t_final", "status", "stats")
 
     def _labelled(self) -> Labelled:
-        codes = {"flag_values": np.array([int(s) for s in Status]), "flag_meanings": " ".join(s.name for s in Status)}
+        known = [*([NOT_COMPUTED] if np.any(self.status == NOT_COMPUTED) else []), *map(int, Status)]
+        codes = {"flag_values": np.array(known), "flag_meanings": " ".join(map(name_of_code, known))}
         data: dict[str, tuple] = {name: _over_cases(name, rows) for name, rows in self.outputs.items()}
         data |= {f"final_{name}": ("case", row) for name, row in zip(self.names, self.final, strict=True)}
         data |= {"t_final": ("case", self.t_final), "status": ("case", self.status, codes)}
@@ -109,22 +111,31 @@ class Batch(ArrayResult):
         """
         if not np.all(self.ok):
             k = int(np.flatnonzero(~self.ok)[0])
-            status, lost = Status(int(self.status[k])), int(np.count_nonzero(~self.ok))
+            code, lost = int(self.status[k]), int(np.count_nonzero(~self.ok))
             at = ", ".join(f"{name} = {row[k]:.9g}" for name, row in self.given.items())
-            raise RunFailed(
-                f"{lost} of {len(self)} cases failed, the first is case {k}{f' ({at})' if at else ''}: {status.name} "
-                f"at t = {self.t_final[k]:.9g}: {ADVICE[status]}"
-            )
+            first, reason = f"the first is case {k}{f' ({at})' if at else ''}", _reason(code, self.t_final[k])
+            raise RunFailed(f"{lost} of {len(self)} cases failed, {first}: {reason}")
         return self
 
     def _repr_html_(self) -> str:
-        lost = {Status(s).name: int(np.count_nonzero(self.status == s)) for s in np.unique(self.status).tolist()}
+        lost = {name_of_code(s): int(np.count_nonzero(self.status == s)) for s in np.unique(self.status).tolist()}
         return html_table("Batch", {"cases": len(self), "status": lost, "outputs": ", ".join(self.outputs) or "none"})
 
     def __repr__(self) -> str:
         lost = int(np.count_nonzero(~self.ok))
         names = ", ".join(self.outputs) or "none"
         return f"Batch({len(self)} cases{f', {lost} failed' if lost else ''}; outputs: {names})"
+
+
+def name_of_code(code: int) -> str:
+    """Return the name of a status, or NOT_COMPUTED."""
+    return "NOT_COMPUTED" if code == NOT_COMPUTED else Status(code).name
+
+
+def _reason(code: int, end: float) -> str:
+    if code == NOT_COMPUTED:
+        return "NOT_COMPUTED, since the map was interrupted before"
+    return f"{Status(code).name} at t = {end:.9g}: {ADVICE[Status(code)]}"
 
 
 def _over_cases(name: str, rows: np.ndarray) -> tuple[Any, np.ndarray]:
@@ -218,7 +229,6 @@ def batch_of_runs(
     SceneError
         If the scene refuses the numbers of a case; names the case.
     """
-    done = 0
 
     def one(k: int) -> Run:
         try:
@@ -226,19 +236,42 @@ def batch_of_runs(
         except SceneError as reason:
             raise SceneError(f"case {k}: {reason}") from None
 
-    def told(finished: Run) -> Run:
-        nonlocal done
-        done += 1
-        tell("", done / cases.size)
-        if progress is not None:
-            progress(done / cases.size)
-        return finished
+    def all_runs() -> Generator[Run, None, None]:
+        if threads == 1 or cases.size <= 1:
+            yield from map(one, range(cases.size))
+            return
+        crew = ThreadPoolExecutor(threads)
+        try:
+            yield from crew.map(one, range(cases.size))
+        finally:
+            crew.shutdown(cancel_futures=True)
 
-    if threads == 1 or cases.size <= 1:
-        runs = [told(one(k)) for k in range(cases.size)]
-    else:
-        with ThreadPoolExecutor(threads) as crew:
-            runs = [told(finished) for finished in crew.map(one, range(cases.size))]
+    runs: list[Run] = []
+    with until_interrupted("map"), closing(all_runs()) as found:
+        for finished in found:
+            runs.append(finished)
+            tell("", len(runs) / cases.size)
+            if progress is not None:
+                progress(len(runs) / cases.size)
+        return _batch_of(scene, cases, runs)
+    if not runs:
+        raise KeyboardInterrupt
+    computed = np.arange(cases.size) < len(runs)
+    return _with_the_rest(cases, computed, _batch_of(scene, cases.some(computed), runs))
+
+
+def _with_the_rest(cases: CaseValues, computed: np.ndarray, batch: Batch) -> Batch:
+    """Return the batch of all cases from that of those that were computed."""
+    whole, rest = merged(cases, [(computed, batch)]), ~computed
+    rows = [*whole.outputs.values(), whole.final, whole.t_final, *whole.sensitivities.values()]
+    rows += [row for by in whole.output_sensitivities.values() for row in by.values()]
+    for row in rows:
+        row[..., rest] = np.nan
+    whole.status[rest] = NOT_COMPUTED
+    return whole
+
+
+def _batch_of(scene: Scene, cases: CaseValues, runs: list[Run]) -> Batch:
     final = np.array([r.final for r in runs]).reshape(-1, len(scene.system.states)).T
     t_final, rest = np.array([r.t_final for r in runs]), np.array([r.raw.rest for r in runs])
     status = np.array([int(r.status) for r in runs], dtype=np.int64)

@@ -9,6 +9,8 @@ import numpy as np
 from symfric.errors import SceneError
 from symfric.model.symbols import Key, finite, name_of
 
+NOT_COMPUTED = -3  # code of a case that was not reached, besides those of Status
+
 
 class CaseValues(NamedTuple):
     """What varies from case to case.

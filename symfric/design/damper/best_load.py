@@ -8,7 +8,8 @@ import numpy as np
 
 from symfric.design.comparison import Compared, Comparison
 from symfric.design.result import Curve, Design
-from symfric.design.verification import Neighbour, design
+from symfric.design.verification import Interrupted, Neighbour, design
+from symfric.long_calls import tell, until_interrupted
 from symfric.model.outputs import HalfRange
 from symfric.model.scene import Scene
 from symfric.orbits.continuation.branch import Peak
@@ -119,9 +120,25 @@ def best_load(peaks: Peaks, bounds: tuple[float, float]) -> Design:
     NotFound
         If no response is found to start from.
     """
+    with until_interrupted("damper"):
+        return _best_load(peaks, bounds)
+    # interrupted, within `keep_when_interrupted`: the best value until then
+    if not peaks.known:
+        raise KeyboardInterrupt
+    best = min(peaks.known, key=lambda v: peaks.known[v].half_range)
+    placed = peaks.scene.where({peaks.name: best, peaks.speed: peaks.known[best].value})
+    size, curve = peaks.known[best].half_range, _curve(peaks, best)
+    return design({peaks.name: best}, size, (), placed, Interrupted(), curve, claim="best found", neighbours=())
+
+
+def _best_load(peaks: Peaks, bounds: tuple[float, float]) -> Design:
     low, high = max(bounds[0], _LEAST * bounds[1]), bounds[1]
     grid = np.geomspace(low, high, _SURVEY) if high > low else np.array([high])
-    sizes = np.array([peaks(float(v)).half_range for v in grid])
+    sizes = np.full(grid.size, np.inf)
+    for k, value in enumerate(grid.tolist()):
+        tell(f"the response at {peaks.name} = {value:.5g}, {k + 1} of {grid.size}")
+        sizes[k] = peaks(value).half_range
+    tell("the best value refined")
     i = int(np.argmin(sizes))
     if 0 < i < len(grid) - 1 or _falls_inward(peaks, grid, i):
         _polish(peaks, grid, i)
@@ -133,9 +150,7 @@ def best_load(peaks: Peaks, bounds: tuple[float, float]) -> Design:
     shares = [s for s in _BESIDE if bounds[0] <= s * best <= bounds[1]]
     words = {s: f"{name} {'larger' if s > 1 else 'smaller'} by {100 * abs(s - 1):.0f} %" for s in shares}
     beside = [Neighbour(words[s], peaks(s * best).half_range, 0.0) for s in shares]
-    x = np.array(sorted(peaks.known))
-    y = np.array([peaks.known[v].half_range for v in x])
-    curve = Curve(x, y, peak.half_range, name, f"largest half range of {peaks.coordinate}", (best,))
+    curve = _curve(peaks, best)
     placed = peaks.scene.where({name: best, peaks.speed: peak.value})
     check = Comparison((_settled(placed, peaks.coordinate, peak),))
     return design({name: best}, peak.half_range, active, placed, check, curve, claim="optimal", neighbours=beside)
@@ -148,6 +163,14 @@ def _falls_inward(peaks: Peaks, grid: np.ndarray, end: int) -> bool:
     inner = grid[1 if end == 0 else -2]
     beside = float(grid[end] ** (1 - _INWARD) * inner**_INWARD)
     return peaks.followed(beside).half_range < peaks.known[float(grid[end])].half_range
+
+
+def _curve(peaks: Peaks, best: float) -> Curve:
+    """Return the largest half range over the values of the parameter that were computed."""
+    x = np.array(sorted(peaks.known))
+    y = np.array([peaks.known[v].half_range for v in x])
+    level = peaks.known[best].half_range
+    return Curve(x, y, level, peaks.name, f"largest half range of {peaks.coordinate}", (best,))
 
 
 def _size(peak_of: Callable[[float], Peak], logarithm: float) -> float:

@@ -10,9 +10,9 @@ from symfric.design.isolator.measures import Isolated
 from symfric.design.isolator.minimax import LEAST, MET, least
 from symfric.design.polish import ways
 from symfric.design.result import Curve, Design
-from symfric.design.verification import Neighbour, design
+from symfric.design.verification import Interrupted, Neighbour, design
 from symfric.errors import NotFound
-from symfric.long_calls import logged, tell
+from symfric.long_calls import logged, tell, until_interrupted
 from symfric.model.results import Result
 from symfric.model.scene import Scene, check_given_loads, check_scene
 from symfric.model.symbols import Key
@@ -122,17 +122,32 @@ def isolator(
     check_scene(scene)
     check_given_loads(scene, "isolator, whose measure is an acceleration,")
     problem = Isolated(scene, motions, bounds, dict(limits or {}), minimise, over)
-    tell("a survey of the bounds")
-    points = problem.grid()
-    table = problem.survey(points)
-    costs = np.array([problem.cost(v) for v in table])
-    excess = np.array([problem.excess(v) for v in table])
-    tell("the best points refined")
-    best = least(problem, points, costs, np.maximum(excess, 0.0))
-    values = problem.values(best)
-    if problem.excess(values) > MET:
-        raise NotFound(problem.missing(best, values))
-    return _design(problem, best, values, table)
+    with until_interrupted("isolator"):
+        tell("a survey of the bounds")
+        points = problem.grid()
+        table = problem.survey(points)
+        costs = np.array([problem.cost(v) for v in table])
+        excess = np.array([problem.excess(v) for v in table])
+        tell("the best points refined")
+        best = least(problem, points, costs, np.maximum(excess, 0.0))
+        values = problem.values(best)
+        if problem.excess(values) > MET:
+            raise NotFound(problem.missing(best, values))
+        return _design(problem, best, values, table)
+    return _interrupted(problem)
+
+
+def _interrupted(problem: Isolated) -> Design:
+    """Return the best design that was computed before an interrupt."""
+    computed = problem.computed()
+    if not computed:
+        raise KeyboardInterrupt
+    point, values = computed[0]
+    parameters = problem.parameters(point)
+    worst = {m: float(np.max(row)) for m, row in zip(problem.measures, values, strict=True)}
+    curve = _trade_off(problem, [*(v for _, v in computed), values], worst)
+    cost, scene = problem.cost(values), problem.scenes[0].where(parameters)
+    return design(parameters, cost, (), scene, Interrupted(), curve, claim="best found", neighbours=())
 
 
 def _design(problem: Isolated, point: np.ndarray, values: np.ndarray, table: list[np.ndarray]) -> Design:

@@ -83,6 +83,11 @@ class Isolated:
             self._known[key] = np.array(rows).T
         return self._known[key]
 
+    def computed(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Return every point that was computed so far, and the values there; the point with the best ones first."""
+        found = [(np.frombuffer(key), values) for key, values in self._known.items()]
+        return sorted(found, key=lambda pair: (max(self.excess(pair[1]), 0.0), self.cost(pair[1])))
+
     def survey(self, points: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Return what `values` returns for each of many points; those of one motion run all at once."""
         new = {p.tobytes(): p for p in points if p.tobytes() not in self._known}

@@ -1,5 +1,8 @@
 """Steps of Keller's pseudo-arclength continuation, with unknowns scaled to comparable size."""
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 
 from symfric.errors import NotFound
@@ -8,6 +11,7 @@ from symfric.orbits.sizes import kinds
 
 CORRECTIONS = 8  # most of one step; a step that needs more is better halved
 REST = 1e-6  # range of a motion, relative to those of an orbit, below which it counts as at rest
+_FARTHEST = 3.0  # length of a step relative to that before it, up to which the bend of the curve is extrapolated
 _SHARE = 0.02  # least unit of a state, relative to its largest range along the branch
 _FAINT = 1e-3  # the same relative to the largest range of a state of its kind, for states that do not move as yet
 
@@ -44,27 +48,78 @@ def cosine(one: np.ndarray, other: np.ndarray, size: np.ndarray) -> float:
     return float(a @ b / (np.linalg.norm(a) * np.linalg.norm(b)))
 
 
+class Behind(NamedTuple):
+    """A solution before the last one of a smooth piece: its unknowns and the direction of the curve there, (n_z,)."""
+
+    z: np.ndarray
+    way: np.ndarray
+
+
+def bend_ahead(point: Point, way: np.ndarray, behind: Sequence[Behind], step: float, size: np.ndarray) -> np.ndarray:
+    """Return how far the curve leaves its tangent `way` over a step, by the solutions `behind`, latest first, (n_z,).
+
+    They and their directions are extrapolated by Hermite's polynomial of the arc length. The result is zero where the
+    step is much longer than that between the solutions, or where the polynomial bends by more than half of it.
+    """
+    lengths, values, slopes = [0.0], [np.zeros(way.size)], [_unit(way, size)]
+    for one in behind:
+        value, slope = (one.z - point.z) / size, _unit(one.way, size)
+        chord, turn = np.linalg.norm(value - values[-1]), np.linalg.norm(slope - slopes[-1])
+        lengths.append(lengths[-1] - float(chord * (1.0 + turn**2 / 24.0)))  # of a circle's arc, to fourth order
+        values.append(value)
+        slopes.append(slope)
+    if len(lengths) < 2 or not step <= -_FARTHEST * lengths[1]:
+        return np.zeros(way.size)
+    nodes, row = np.repeat(lengths, 2), np.repeat(values, 2, axis=0)
+    product, away = step, np.zeros(way.size)
+    for order in range(1, nodes.size):  # Newton's divided differences, with the tangents where two nodes are one
+        apart = nodes[order:] - nodes[:-order]
+        row = (row[1:] - row[:-1]) / np.where(apart, apart, 1.0)[:, None]
+        if order == 1:
+            row[::2] = slopes
+        else:
+            away = away + product * row[0]
+        product *= step - nodes[order]
+    return away * size if np.linalg.norm(away) <= 0.5 * step else np.zeros(way.size)
+
+
+def _unit(way: np.ndarray, size: np.ndarray) -> np.ndarray:
+    return np.asarray(way / size / np.linalg.norm(way / size))
+
+
 def step_along(
-    system: ShootingSystem, point: Point, way: np.ndarray, step: float, size: np.ndarray, limits: np.ndarray
+    system: ShootingSystem,
+    point: Point,
+    way: np.ndarray,
+    step: float,
+    size: np.ndarray,
+    limits: np.ndarray,
+    behind: Sequence[Behind] = (),
 ) -> tuple[Point | None, bool]:
     """Return the next solution, or the one where a parameter reaches its limit, and whether it reached it.
 
-    The solution is None if none was found nearby.
+    The solution is None if none was found nearby. It is sought in the plane at right angles to `way` at the distance
+    `step`; the solutions `behind` only make the guess better.
     """
-    guess, normal = point.z + step * way, way / size**2
+    along, guess, normal = step, point.z + step * way, way / size**2
     here, there = point.z[-len(limits) :], guess[-len(limits) :]
     crossed = [k for k, (low, high) in enumerate(limits) if not low < there[k] < high and there[k] != here[k]]
     if crossed:
         ends = [limits[k, int(there[k] >= limits[k, 1])] for k in crossed]
         shares = [(end - here[k]) / (there[k] - here[k]) for k, end in zip(crossed, ends, strict=True)]
         first = int(np.argmin(shares))
-        guess = point.z + max(0.0, shares[first]) * (guess - point.z)
+        along *= max(0.0, shares[first])
+        guess = point.z + along * way
         place = guess.size - len(limits) + crossed[first]
         guess[place] = ends[first]
         normal = np.zeros(guess.size)
         normal[place] = 1.0
+    better = guess
+    if behind:
+        away = bend_ahead(point, way, behind, along, size)
+        better = guess + away - way * float(normal @ away) / float(normal @ way)
     try:
-        new = solve(system, guess, normal, CORRECTIONS)
+        new = solve(system, better, normal, CORRECTIONS, reference=guess)
     except NotFound:
         return None, False
     # rest solves the equations too; and what lies farther off than the step may be another branch

@@ -278,12 +278,16 @@ def between(
     start, chord = one.z, other.z - one.z
     low, high, mark = 0.0, 1.0, where(one.passage)
     size = np.maximum(np.abs(start), system.sizes(start, one.passage))
+    normal = chord / size**2
     for _ in range(_BISECTIONS):
         share = 0.5 * (low + high)
         if np.max(np.abs((high - low) * chord) / size) < _CLOSE:
             break
+        # from between the nearest orbits, in the plane across the chord
+        guess = 0.5 * (one.z + other.z)
+        guess = guess + (share - (guess - start) @ normal / (chord @ normal)) * chord
         try:
-            middle = solve(system, start + share * chord, chord / size**2, most=12)
+            middle = solve(system, guess, normal, most=12)
         except NotFound:
             high = share
             continue

@@ -19,7 +19,7 @@ from symfric.orbits.continuation.bifurcations import Condition
 from symfric.orbits.continuation.branch_points import KIND, departures, doubled
 from symfric.orbits.continuation.hopf import birth
 from symfric.orbits.continuation.walk import Found, Met, Placed, Walk
-from symfric.orbits.cycle import Orbit, limit_cycle, orbit_of, read_guess, values_of
+from symfric.orbits.cycle import Orbit, found_cycle, orbit_of, read_guess, values_of
 from symfric.orbits.flow_map import flow_of
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 from symfric.theory.hopf import HopfPoint
@@ -289,7 +289,7 @@ def continue_cycle(
         if start.kind in (KIND, "flip"):
             return _across(scene, name, (low, high), start, most, tolerance)
         start = start.orbit
-    orbit = limit_cycle(scene, start, tolerance)
+    orbit = found_cycle(scene, flow_of(scene, (name,), tolerance), start)
     system = _system(scene, name, (low, high), orbit, tolerance)
     first = solve(system, system.pack(orbit.start, orbit.period, system.values), _parameter_alone(system))
     upward = _parameter_alone(system)

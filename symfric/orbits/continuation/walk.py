@@ -9,7 +9,7 @@ from symfric.errors import NotFound
 from symfric.long_calls import tell, until_interrupted
 from symfric.model.scene import Scene
 from symfric.orbits.continuation import branch_points
-from symfric.orbits.continuation.arclength import CORRECTIONS, cosine, step_along, tangent, units
+from symfric.orbits.continuation.arclength import CORRECTIONS, Behind, cosine, step_along, tangent, units
 from symfric.orbits.continuation.bifurcations import SMOOTH, Condition, between, is_pair, signature
 from symfric.orbits.continuation.discontinuity import Corner, corner_ahead, corner_between
 from symfric.orbits.continuation.grazing import grazing_ahead
@@ -28,6 +28,7 @@ _SMALL, _SMALLEST = 0.2, 0.03
 _RECENT = 3  # number of last orbits not compared with the new one when detecting a closed branch
 _SAME = 1e-7  # difference relative to the ranges of the states up to which two orbits count as one
 _ENDS = ("lost", "jump", "grazing", "flip")  # reasons for ending without a further orbit
+_BEHIND = 2  # orbits before the last one from which the next one is guessed
 _NEAR_START = 0.02  # fraction of the period: the start of an orbit is moved if an event is so close to it
 
 
@@ -45,6 +46,13 @@ class Met(NamedTuple):
     orbit: Placed
     value: float
     jump: bool = False
+
+
+class _Enclosed(NamedTuple):
+    """A corner that was enclosed between orbits but not located: what changes there, and its unknowns (n_z,)."""
+
+    signs: tuple[object, object]
+    z: np.ndarray
 
 
 @dataclass
@@ -74,11 +82,13 @@ class Walk:
         self._largest = np.zeros(len(system.flow.states))
         self._springs = widest_ranges(system.flow)
         self._known = 0  # special points up to the last orbit
+        self._behind: tuple[Behind, ...] = ()  # the last one, on a smooth piece, latest first
+        self._enclosed: _Enclosed | None = None  # the last of its kind
 
     def go(self, start: Point, direction: np.ndarray) -> Found:
         """Walk from an orbit in a direction of the unknowns, (n_z,), to the end of the branch or of the span."""
         half = Found()
-        with until_interrupted():
+        with until_interrupted("continue_cycle", "frequency_response"):
             self._walk(half, start, direction)
             return half
         half.end = "interrupted"
@@ -86,7 +96,7 @@ class Walk:
         return half
 
     def _walk(self, half: Found, start: Point, direction: np.ndarray) -> None:
-        point, step, hopf = start, _FIRST, None
+        point, step, hopf, self._behind, self._enclosed = start, _FIRST, None, (), None
         way, trail = self.tangent(point, direction), [Placed(self._system, start)]
         marks = [_marks(trail[0])]
         while len(half.orbits) < self._most and not half.end:
@@ -123,8 +133,10 @@ class Walk:
     def _advance(self, half: Found, point: Point, way: np.ndarray, step: float) -> tuple[Point, np.ndarray, float]:
         """Return the next orbit, the direction there, and the next step length; record special points in between."""
         size, span = self._units(point), tuple(self._limits[0])
+        behind, self._behind = self._behind, ()
         while True:
-            new, ends = step_along(self._system, point, way, step, size, self._limits)
+            del half.special[self._known :]
+            new, ends = step_along(self._system, point, way, step, size, self._limits, behind)
             half.end = "span" if ends else ""
             if new is None and step <= _LEAST:
                 corner = corner_ahead(self._system, point, way, size, span)
@@ -139,11 +151,15 @@ class Walk:
                 continue
             onsets = self._note_onsets(half, point, new)
             if signature(new.passage) != signature(point.passage):
+                if step > _APART and self._encloses(point, new):
+                    step *= 0.4
+                    continue
                 corner = corner_between(self._system, point, new, size, span)
                 if corner.jump and (new.z[-1] - corner.value) * way[-1] < 0:  # an orbit of another branch, on this side
                     return self._beyond(half, corner._replace(beyond=None), point, way)
                 ahead = self.tangent(new, new.z - corner.point.z)
                 if step > _APART and not corner.jump and _hides_a_turn(corner, point, way, new, ahead):
+                    self._enclosed = None if corner.located else _Enclosed(_signs(point, new), corner.point.z)
                     step *= 0.4
                     continue
                 self._note_corner(half, corner, point)
@@ -170,7 +186,18 @@ class Walk:
             if turns and not there:
                 half.special.append(self._met("fold", fold or point, point, new))
             self._note_smooth(half, point, new)
+            if not self._system.free:  # a guess from more than a tangent would also start at another time of an orbit
+                self._behind = (Behind(point.z, way), *behind)[:_BEHIND]
             return new, ahead, min(1.5 * step, _LARGEST)
+
+    def _encloses(self, point: Point, new: Point) -> bool:
+        """Whether a corner known only from a bisection lies between two orbits; only shorter steps tell more of it."""
+        if self._enclosed is None or self._enclosed.signs != _signs(point, new):
+            return False
+        size, there = self._units(point), self._enclosed.z
+        way, ahead = (new.z - point.z) / size, (there - point.z) / size
+        share = float(ahead @ way) / float(way @ way)
+        return 0.0 < share < 1.0 and bool(np.linalg.norm(ahead - share * way) < np.linalg.norm(way))
 
     def _beyond(self, half: Found, corner: Corner, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray, float]:
         """Continue beyond a corner at which the walk stopped, on a nearby orbit or the one the motion settles to."""
@@ -325,6 +352,10 @@ def _hides_a_turn(corner: Corner, one: Point, way: np.ndarray, other: Point, ahe
     """Whether the parameter may turn between a corner and one of the orbits beside it, of tangents `way`, `ahead`."""
     beside = way[-1] * (corner.value - one.z[-1]) < 0 or ahead[-1] * (other.z[-1] - corner.value) < 0
     return beside or way[-1] * ahead[-1] < 0 or not corner.located
+
+
+def _signs(one: Point, other: Point) -> tuple[object, object]:
+    return signature(one.passage), signature(other.passage)
 
 
 def _marks(orbit: Placed) -> np.ndarray:

@@ -9,9 +9,11 @@ import numpy as np
 
 from symfric.codegen.array_table import Table
 from symfric.codegen.loop_loader import load_loop
-from symfric.long_calls import tell
+from symfric.long_calls import tell, until_interrupted
 from symfric.model.rows import CROSSINGS, INTEGRAL, RANGE
+from symfric.solve.case_values import NOT_COMPUTED
 from symfric.solve.loop.case_arrays import CaseArrays, Place, make_arrays
+from symfric.solve.loop.codes import OK
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.observables import Observables
 from symfric.time_limit import check_time
@@ -90,10 +92,26 @@ def share_out(
     threads: int,
     progress: Callable[[float], None] | None,
 ) -> CaseArrays:
-    """Let threads do the work on shares of some cases; each yields now and then how many more are done."""
+    """Let threads do the work on shares of some cases; each yields now and then how many more are done.
+
+    A case without an end, since the map was interrupted, gets the status `NOT_COMPUTED`.
+    """
+    with until_interrupted("map"):
+        _share_out(arrays, work, threads, progress)
+        return arrays
+    arrays.status[(arrays.status == OK) & np.isnan(arrays.y[:, -1])] = NOT_COMPUTED
+    return arrays
+
+
+def _share_out(
+    arrays: CaseArrays,
+    work: Callable[[Share], Iterator[int]],
+    threads: int,
+    progress: Callable[[float], None] | None,
+) -> None:
     n = len(arrays.status)
     if n == 0:
-        return arrays
+        return
     share = Share(arrays, max(1, min(_BLOCK, n // (4 * threads))))
     if threads == 1 or n <= 1:
         done = 0
@@ -103,7 +121,7 @@ def share_out(
             tell("", done / n)
             if progress is not None:
                 progress(done / n)
-        return arrays
+        return
     counts, failures, halted = [0] * min(threads, n), [], threading.Event()
 
     def apart(k: int) -> None:
@@ -134,7 +152,6 @@ def share_out(
                 thread.join()
     if failures:
         raise failures[0]
-    return arrays
 
 
 def rows_of(wanted: Observables, arrays: CaseArrays) -> dict[str, Any]:

@@ -16,6 +16,8 @@ from symfric_evidence.bench.problems import NAMES
 if TYPE_CHECKING:
     from symfric_evidence.bench.result import Benchmark
 
+_WIDE = 150  # characters of the widest table
+
 
 @click.command()
 @click.option("--peers", "with_peers", is_flag=True, help="Run the other packages' solvers too, where installed.")
@@ -111,7 +113,10 @@ def _where(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> N
     if as_json:
         print_json({"where": plain})
         return
-    Console().print(where_table(shares))
+    console = Console()
+    if not console.is_terminal:
+        console.width = max(console.width, _WIDE)  # in a file or a pipe no line is too long
+    console.print(where_table(shares))
 
 
 def _growth(folder: Path | None, as_json: bool, tell: Callable[[str], None]) -> None:
