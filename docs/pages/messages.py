@@ -21,6 +21,7 @@ _SAID = {  # what people look for when they meet a status
     Status.QUEUE_FULL: "delay too long, dead time, buffer overflow",
     Status.PAINLEVE: "jamming, paradox, no solution, several solutions, tangential impact",
     Status.MANY_CONTACTS: "many bodies, pile, chain of balls, combinations, enumeration",
+    Status.OVERLAP: "penetration, interpenetration, bodies inside each other, falls through the floor",
 }
 
 

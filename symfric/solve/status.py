@@ -33,6 +33,7 @@ class Status(IntEnum):
     QUEUE_FULL = 10
     PAINLEVE = 11
     MANY_CONTACTS = 12
+    OVERLAP = 13
 
 
 ADVICE = {
@@ -69,6 +70,8 @@ ADVICE = {
     Status.MANY_CONTACTS: "more contacts that open touch at once than their combinations can be tried: some 5 with "
     "friction, 14 without; leave out contacts that other ones make superfluous, take a given normal load where a "
     "contact never opens, or start with small gaps between the bodies",
+    Status.OVERLAP: "a reset puts bodies into each other: the gap of a contact that opens is negative after it; set "
+    "coordinates with which no gap is negative",
 }
 
 # what helps the caller of a function that simulates by itself and takes no route

@@ -6,7 +6,7 @@ from symfric.solve.status import Status
 OK, UNDECIDED, LOST_CONTACT = int(Status.OK), int(Status.UNDECIDED), int(Status.LOST_CONTACT)
 NOT_FINITE, STEP_COLLAPSE = int(Status.NOT_FINITE), int(Status.STEP_COLLAPSE)
 PAINLEVE = int(Status.PAINLEVE)
-MANY_CONTACTS = int(Status.MANY_CONTACTS)
+MANY_CONTACTS, OVERLAP = int(Status.MANY_CONTACTS), int(Status.OVERLAP)
 STEP_BUDGET, EVENT_BUDGET, CHATTER = int(Status.STEP_BUDGET), int(Status.EVENT_BUDGET), int(Status.CHATTER)
 QUEUE_FULL = int(Status.QUEUE_FULL)
 

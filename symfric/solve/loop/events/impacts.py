@@ -21,6 +21,7 @@ MOST_TRIALS = 20_000  # most combinations that are tried
 _FEASIBLE = 1e-9  # margin, relative to the largest rate of a gap, down to which a combination is possible
 _JAM = 1e2  # normal force, relative to that of forces that do not cancel, that grows without bound
 _DISTINCT = 1e-6  # the same beyond which a second possible combination is another answer
+_OVERLAP, _DRIFTS, _MOST = 1e-9, 1e3, 1e-2  # negative gap that is an overlap, relative; the same per tolerance; at most
 _TOGETHER = 64.0  # rounding errors of time between impacts that come at the same time
 GAP, SIZE, RATE, SPEED, LEAST, RESPONSE, AFTER, FIRST, SECOND = range(9)  # of the answer, n numbers each
 
@@ -104,6 +105,24 @@ def begin_impact(w: LoopArrays, starting: bool) -> bool:
         else:
             w.m[w.openings.variable[k]] = 1.0
     return strikes
+
+
+@compiled
+def overlaps(w: LoopArrays, n_x: int) -> bool:
+    """Whether a gap is negative by more than the errors of a run, as only a reset can make it.
+
+    A gap that was open is as exact as its event; one that was closed may have drifted by the tolerance.
+    """
+    measure(w, w.y, w.gauge)
+    for r in range(w.impacts.asked.size):
+        w.impacts.asked[r] = w.p[r] if r < w.p.size else 0.0
+    _ask(w)
+    for k in range(w.openings.variable.size):
+        size = max(told(w, SIZE, k), w.scale[n_x + w.limits.first_opening + 2 * k])
+        drift = 0.0 if is_open(w, k) else _DRIFTS * w.clock.tolerance
+        if told(w, GAP, k) < -min(_OVERLAP + drift, _MOST) * size:
+            return True
+    return False
 
 
 @compiled

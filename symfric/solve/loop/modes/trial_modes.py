@@ -8,7 +8,7 @@ several solutions, and if no mode is right they have none: the paradox of Painle
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS
-from symfric.solve.loop.codes import MANY_CONTACTS, OK, PAINLEVE, UNDECIDED
+from symfric.solve.loop.codes import MANY_CONTACTS, OK, OVERLAP, PAINLEVE, UNDECIDED
 from symfric.solve.loop.events.impacts import (
     AFTER,
     LEAST,
@@ -20,6 +20,7 @@ from symfric.solve.loop.events.impacts import (
     hold_exactly,
     is_open,
     next_trial,
+    overlaps,
     settle_bounces,
     settle_touches,
     strike,
@@ -53,6 +54,8 @@ def settle_openings(w: LoopArrays, starting: bool) -> int:
         w.impacts.entry_y[r] = w.y[r]
     for r in range(w.m.size):
         w.impacts.entry_m[r] = w.m[r]
+    if w.counts.jumped and not starting and overlaps(w, n_x):
+        return OVERLAP
     status = strike(w, n_c, starting)
     if status == OK:
         status = _select(w, n_x, n_c)
