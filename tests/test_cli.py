@@ -375,6 +375,7 @@ def test_quiet_is_silent(tmp_path):
     assert (tmp_path / "simple-study" / "study.html").exists()
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     "text",
     [

@@ -85,6 +85,7 @@ def test_every_command_is_tried():
     assert set(CALLS) == set(COMMANDS) - {"explore"}
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("encoding", longer(["ascii", "latin-1", "cp1252", "utf-8"], ["latin-1", "cp1252", "utf-8"]))
 @pytest.mark.parametrize("command", CALLS)
 def test_every_encoding_can_show_what_a_command_prints(command, encoding, scene, monkeypatch):
@@ -106,6 +107,7 @@ def broken_pipe():
     return os.fdopen(writing, "w")
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("command", CALLS)
 def test_a_reader_that_has_enough_ends_nothing(command, scene, monkeypatch):
     stream = broken_pipe()
@@ -115,6 +117,7 @@ def test_a_reader_that_has_enough_ends_nothing(command, scene, monkeypatch):
     stream.close()  # nothing is left in it that would fail when Python ends
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
 @pytest.mark.parametrize("command", CALLS)
 def test_output_that_is_lost_is_one_line_and_status_1(command, scene, monkeypatch):
@@ -148,6 +151,7 @@ SHELL = [
 ]
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.skipif(not Path("/bin/bash").exists(), reason="closes streams as a shell does; there is no bash here")
 @pytest.mark.parametrize(("line", "status", "said"), SHELL, ids=[line for line, _, _ in SHELL])
 def test_the_status_of_the_process(line, status, said):

@@ -335,6 +335,7 @@ def test_an_interrupted_sweep_keeps_its_cases_and_goes_on_in_its_store(monkeypat
     assert np.array_equal(sf.sweep(scene, grid, store=tmp_path / "cases").x, whole.x)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(("route", "threads"), [("taylor", 1), ("taylor", 2), ("integrators", 1), ("integrators", 2)])
 def test_an_interrupted_map_keeps_its_cases(monkeypatch, route, threads):
     from symfric.solve.loop import cases as case_loop

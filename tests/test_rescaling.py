@@ -337,7 +337,7 @@ SLOW = (
 )
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(16)
 @pytest.mark.parametrize("name", longer(CASES, SLOW))
 @pytest.mark.parametrize("seed", longer(range(4), range(1, 4)))
 def test_other_units(name, seed):

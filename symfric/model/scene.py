@@ -270,8 +270,7 @@ class Scene:
                 given[name] = value
             else:
                 given[name] = finite(value, f"the initial value of {name}")
-        missing = next((name for name in states if name not in given), None)
-        if missing:
+        if missing := next((name for name in states if name not in given), None):
             raise SceneError(f"no initial value for {missing}; add it to Scene.initial")
         self._set("initial", {s: given[s.name] for s in self.system.states})
 
@@ -280,9 +279,8 @@ class Scene:
         for name, output in self.outputs.items():
             if isinstance(output, OutputOfExpression):
                 for s in output.expr.free_symbols:
-                    if s.name.startswith(tuple(f"{name}(" for name in OF_CONTACTS)) and s.name not in known:
-                        contacts = [c.name for c in self.contacts]
-                        bare = s.name.split("(", 1)[1][:-1]
+                    if s.name.startswith(_OBSERVED) and s.name not in known:
+                        contacts, bare = [c.name for c in self.contacts], s.name.split("(", 1)[1][:-1]
                         if bare.removesuffix(", 0").removesuffix(", 1") in contacts:
                             raise SceneError(vector_words(name, bare))
                         raise SceneError(f"output {name!r} uses contact {bare!r}{nearest(bare, contacts)}")
@@ -292,8 +290,7 @@ class Scene:
         for what, e in self._named_expressions():
             check_continuous(e, {k: v for k, v in numbers.items() if k not in self.initial}, what)
         if self.system.linear:
-            states = [numbers[s] for s in self.system.states]
-            n = len(self.system.q)
+            states, n = [numbers[s] for s in self.system.states], len(self.system.q)
             numbers |= self.system.linear.values(states[:n], states[n : 2 * n])
         start = {**numbers, TIME: 0.0, **{k: float(s(0.0)) for k, s in self.inputs.items()}}
         check_gaps(self.system, self.contacts, start, self.horizon)

@@ -44,6 +44,7 @@ def many_runs():
     return lambda: [program.run() for _ in range(20)]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("call", "kind"), [(lambda _: expanded, "equations"), (lambda runs: runs, "runs")])
 def test_known_work_counts_as_what_it_is(call, kind, many_runs):
     sampler, taken = sampled(call(many_runs))
@@ -65,7 +66,7 @@ def test_a_call_is_measured_in_new_processes(tmp_path, monkeypatch):
     cold, warm, again = where.where([name])
     assert [share.state for share in (cold, warm, again)] == list(where.STATES)
     assert cold.total > warm.total > again.total
-    assert cold.seconds["compilation"] > 0.5 * cold.total
+    assert cold.seconds["compilation"] > 5 * warm.seconds["compilation"]
     assert cold.runs == warm.runs == again.runs
     monkeypatch.setattr(where, "where", lambda progress: (cold,))
     told = CliRunner().invoke(main, ["bench", "--where", "--json", "--quiet", "-o", str(tmp_path)])

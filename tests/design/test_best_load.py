@@ -102,6 +102,7 @@ def test_coordinate_is_for_forced_scenes():
         sf.design.damper(sf.scenes.mass_on_belt(v_b=0.2), "beta", (0, 1), (0.1, 0.4), coordinate="u")
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("value", [3.2, 5.5, 9.0])
 def test_followed_peaks_are_those_of_whole_responses(value):
     """Between two loads whose whole responses are known, as far apart as in a survey."""

@@ -10,6 +10,7 @@ from tests.orbits.test_sampled_cycles import border, made
 x, u = sp.symbols("x u", real=True)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("k_p", "k_d", "allowed"), [(4.0, 4.0, 0.1), (4.0, 2.0, 0.1), (4.0, 3.0, 0.1)])
 def test_the_offset_of_a_continuous_pid_is_that_of_the_closed_form(k_p, k_d, allowed):
     stage = sf.scenes.positioning_stage(k_p=k_p, k_d=k_d, k_i=1.0, x0=0.5, horizon=300.0)
@@ -20,6 +21,7 @@ def test_the_offset_of_a_continuous_pid_is_that_of_the_closed_form(k_p, k_d, all
     assert found.active == (f"half range {allowed:g} after t = 150",)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("name", "bounds"), [("D", (1, 30)), ("T", (0.02, 0.4))])
 def test_the_border_of_a_sampled_damper_lies_where_its_cycle_appears(name, bounds):
     found = sf.design.controller(made(False).starting({"u": 0.4}), name, bounds)

@@ -62,6 +62,7 @@ def test_motions_that_are_no_pairs_are_named(motions):
         isolator(scene(), motions, BOUNDS)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("mu", [0.09530612244897958, 0.12])
 def test_a_start_just_before_a_sample(mu):
     """In these it comes some microseconds and less before."""

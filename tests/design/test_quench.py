@@ -75,6 +75,7 @@ def intensity(design):
     return design.values["a"] * design.values["Omega"]
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("v", [0.05, 0.2, 0.35, 0.3601, 0.38, 0.43, 0.4409])
 def test_one_speed_is_thomsen_57(v):
     found = quench(scene(), speeds=(v, v), **BOUNDS)
@@ -83,6 +84,7 @@ def test_one_speed_is_thomsen_57(v):
     assert f"damping at v_b = {v:.6g}" in found.active
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("v", [0.05, 0.3, 0.38, 0.43, 3.0])
 def test_speeds_below_a_limit_are_thomsen_58_and_56(v):
     found = quench(scene(), speeds=(0, v), Omega=(20, 60), a=(0, 0.1))
@@ -94,6 +96,7 @@ def test_speeds_below_a_limit_are_thomsen_58_and_56(v):
         assert found.active == (f"damping at v_b = {star:.6g}", "Omega at its lower bound")
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("beta", [0.0, 0.01, 0.15, 0.22])
 def test_damping_helps_as_in_thomsen_56(beta):
     found = quench(scene(beta=beta), speeds=(0, 1), **BOUNDS)
@@ -147,7 +150,7 @@ EVERY = [
 ]
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize(("name", "speeds", "other", "minimise"), EVERY)
 def test_no_point_of_a_dense_grid_is_better(name, speeds, other, minimise):
     bounds = {**BOUNDS, **other}
@@ -219,6 +222,7 @@ def test_infeasible_names_speed_and_missing_damping():
         quench(root, speeds=(0, 1.9), **BOUNDS)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("name", "speeds"),
     [("cubic", (0, 1)), ("cubic", (0.3, 0.3)), ("stribeck", (0.05, 0.8)), ("gauss", (0, 0.05)), ("lorentz", (0, 0.5))],
@@ -258,6 +262,7 @@ def pad(phase):
     return sf.Scene(sf.System([x], [u], [[m]], [force]), [contact], values, {x: 0.0, u: 0.0}, 0.1)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("phase", [0, sp.pi / 2])
 def test_units_and_phase_do_not_matter(phase):
     found = quench(pad(phase), speeds=(0.0, 0.3), Omega=(1e4, 2e4), a=(0, 1e-4))

@@ -38,6 +38,7 @@ def misses(message):
     return [float(e) for e in re.findall(r"by ([0-9.e+-]+[0-9])", message)]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("share", [0.18, 0.2])
 def test_a_share_of_the_friction_asks_for_more_shaking_with_the_cubic_law(share):
     """Beyond the speed of least friction it rises again, and with it what strong shaking leaves."""
@@ -135,7 +136,7 @@ CASES = [
 ]
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(("name", "minimise", "limits", "active"), CASES)
 def test_no_point_of_a_dense_grid_is_better(name, minimise, limits, active):
     speeds = {"cubic": (0.1, 0.4), "gauss": (0.02, 0.05)}[name]

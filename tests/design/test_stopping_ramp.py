@@ -44,6 +44,7 @@ def stopped(mu1, mu2, lam, epsilon, start, ramp, speed, sigma=0.0):
                 break
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("sigma", [0.0, 0.15])
 @pytest.mark.parametrize(
     ("mu1", "mu2", "epsilon", "V", "ramp"),
@@ -57,6 +58,7 @@ def test_the_error_is_that_of_another_integrator(mu1, mu2, epsilon, V, ramp, sig
     assert found["stop_time"] > 0
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     "given",
     [
@@ -92,6 +94,7 @@ def test_the_best_ramp_against_a_grid():
     assert found.plot() is not None
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("damper", "speeds"), [("ground", (0.3, 0.9)), ("support", (1.25, 4.0))])
 def test_a_range_of_speeds_has_its_worst_one(damper, speeds):
     given = slide(mu1=-0.3, mu2=0.1, sigma=0.4, damper=damper, epsilon=0.4)

@@ -36,7 +36,7 @@ def pointer(array):
     return array.ctypes.data_as(Floats)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(8)
 @compiled
 @pytest.mark.parametrize("n", range(len(KINDS)))
 def test_c_code_computes_the_same_bits(library, n):

@@ -10,7 +10,7 @@ from symfric.export.step_function import LOST_CONTACT, MANY_EVENTS, NOT_FINITE
 from tests.export.scenes_for_steps import COULOMB, PUSH, SCENES, floor, k, one, pair, u, u2, v_b, x
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(15)
 @pytest.mark.parametrize("name", SCENES)
 def test_the_error_falls_with_the_fourth_power_of_the_step(name):
     coarse, fine = (sf.export.stepper(SCENES[name], h).error() for h in (0.02, 0.01))

@@ -68,6 +68,7 @@ def variables(place):
     return [e.get("name") for e in root.iter("ScalarVariable")]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     "name", [pytest.param(n, marks=pytest.mark.long) if k % 4 else n for k, n in enumerate(HOSTILE)]
 )
@@ -93,6 +94,7 @@ FILES = [
 ]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.skipif(compiler() is None, reason="no C compiler")
 @pytest.mark.parametrize(
     "name", [*FILES, *(pytest.param(n, marks=pytest.mark.long) for n in ("step", "fmi2", "x" * 61))]

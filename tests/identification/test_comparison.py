@@ -28,6 +28,7 @@ def measured(scene, noise=0.01, t=T):
     return {"x": (t, sf.simulate(scene, 1e-11)(t)[0] + noise * np.random.default_rng(1).standard_normal(t.size))}
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("sigma", [None, 0.01])
 def test_the_law_that_made_the_record_is_the_best(sigma):
     scenes = {"coulomb": COULOMB, "stribeck": STRIBECK, "lorentz": LORENTZ}

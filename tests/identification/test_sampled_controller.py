@@ -34,6 +34,7 @@ def noisy(motion, seed):
     }
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("names", [("mu_s", "mu_k", "v_s"), ("K", "D", "mu_k"), ("mu_k", "tau")])
 def test_unknowns_come_back_within_their_errors(motion, names):
     bounds = {n: (0.5 * TRUE[n], 1.9 * TRUE[n]) for n in names}

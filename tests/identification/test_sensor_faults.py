@@ -42,6 +42,7 @@ def told(fit, word):
     return [n for n in fit.notes if word in n]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("shift", [0.4, 0.05, pytest.param(-0.7, marks=pytest.mark.long)])
 def test_a_shift_is_told_with_its_size(path, shift):
     (t, y), _ = record(path, np.random.default_rng(1), shift)
@@ -84,6 +85,7 @@ def test_outliers_are_told_with_their_places(path):
     assert (low, high) == pytest.approx(robust.interval("mu_s"), abs=0.3 * (high - low))
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("shift", [0.45, -0.45])
 def test_outliers_at_the_start_of_a_shifted_record_are_told(path, shift):
     """They are too early for shifts that were tried, not for the one that was found."""

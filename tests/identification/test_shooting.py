@@ -45,6 +45,7 @@ def problem_of(scene, records, parameters):
     return Problem(predictor, y, np.ones(y.size))
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("scene", "unknowns", "horizon"),
     [

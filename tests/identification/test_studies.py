@@ -43,6 +43,7 @@ def rig(law, values, speed):
     return sf.Scene(system, [belt], {**values, "v_b": speed}, {X: 0.0, U: 0.0}, 60.0)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", ["coulomb", "dahl"])
 def test_a_law_gives_back_its_values(name):
     within, _ = coverage(name, 2)

@@ -40,6 +40,7 @@ def solution(law, numbers):
     return mp.odefun(lambda _, y: field(*y, *numbers.values()), 0, start)(mp.mpf(END.p) / END.q)[0]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", longer(LAWS, set(LAWS) - {"coulomb", "dahl"}))
 def test_derivatives_of_every_law_against_thirty_digits(name):
     law, values = LAWS[name]

@@ -45,6 +45,7 @@ def scene(force, floor, values):
     return sf.Scene(sf.System([x, y], [u, v], sp.eye(2), force), [floor], values, START, HORIZON)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(("damping", "friction"), [(0.0, 0.0), (0.0, 0.1), (0.1, 0.05), (0.2, 0.05)])
 def test_the_error_of_bounces_falls_with_the_root_of_the_stiffness(damping, friction):
     coarse, fine, finest = away(damping, friction)

@@ -35,6 +35,7 @@ def block(order=1):
     return sf.prepare(sf.Scene(system, contacts, {E: 0.4, MU: 0.5}, start, 3.0))
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("order", [1, -1])
 def test_a_block_dropped_flat_comes_to_rest(order):
     """Its corners strike together, and its slips hold what impulses leave of rounding: they are zero."""

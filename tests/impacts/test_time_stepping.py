@@ -37,6 +37,7 @@ def errors(make, seed, *steps):
     ]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("make", by_name(DEFAULT), ids=lambda make: make.__name__)
 def test_time_stepping_comes_near_at_first_order(make):
     coarse, fine = np.transpose([errors(make, seed, 80, 640) for seed in range(2)])
@@ -58,6 +59,7 @@ def test_time_stepping_comes_near_in_many_scenes(make):
     assert len(still) <= 6, still
 
 
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)
 def test_energy_balances(make):
     for seed in range(4):
@@ -77,6 +79,7 @@ def test_loose_tolerances_meet_tight_ones_in_many_scenes(make):
     meet(make, range(130), 4)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("make", by_name(["ball_on_shaken_floor", "block_on_shaken_floor"]), ids=lambda m: m.__name__)
 def test_loose_tolerances_meet_tight_ones(make):
     # the seeds from 39 to 126 come to their stick bound where the error of the run decides on which side

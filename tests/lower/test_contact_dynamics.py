@@ -50,6 +50,7 @@ def written(monkeypatch):
     return found
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     "scene",
     [

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 import symfric as sf
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("beta", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("mu", [0.3, 0.6])
 def test_a_part_begins_to_slide_and_to_fly_where_the_track_says(mu, beta):
@@ -131,6 +132,7 @@ def test_mass_with_stops_is_that_of_the_modelica_library():
     assert run.final == pytest.approx([-0.247513987281765, 0.0], abs=1e-9)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("alpha", "theta0"), [(0.2, 0.1), (0.15, 0.1)])
 def test_a_block_let_go_loses_speed_as_housner_says(alpha, theta0):
     block = sf.scenes.rocking_block(R=1.0, alpha=alpha, mu=5.0, theta0=theta0, horizon=3.0)

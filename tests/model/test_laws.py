@@ -158,6 +158,7 @@ def mean(formula, s, q, levels=(0.0,)):
     return integrate.quad(f, 0, np.pi, points=split, limit=400, epsabs=1e-12, epsrel=1e-11)[0] / np.pi
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("name", "q"),
     [*((name, 0.3) for name in LAWS), *((name, q) for name in ("coulomb", "cubic", "stribeck") for q in (0.01, 1.0))],
@@ -215,6 +216,7 @@ def test_closed_forms_of_effective_laws():
     assert L.gauss(0.3, 0.5).averaged(0.3)(1e-6) / 1e-6 == pytest.approx(slope, rel=1e-6)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", LAWS)
 def test_without_vibration_the_law_is_itself(name):
     law, _, _ = LAWS[name]

@@ -56,6 +56,7 @@ def test_the_branch_from_the_hopf_point(belt):
     assert first.half_range[0] ** 2 == pytest.approx(slope * growth / hopf.first_lyapunov, rel=0.01)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("beta", [0.05, 0.1])
 def test_exponential_law_has_an_unstable_cycle(beta):
     scene = sf.scenes.mass_on_belt(sf.laws.exponential(0.4, 1.0), v_b=1.0, beta=beta)

@@ -62,7 +62,7 @@ CYCLES = {
 }
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", CYCLES)
 def test_no_horizon_makes_chaos_of_a_cycle(name):
     """Horizons at random: for some a piece is nearly a whole number of periods, or the window half a swing."""

@@ -23,6 +23,7 @@ def flexibility(omega):
     return 1 / abs(1.5 - omega**2 + 0.1j * omega)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("start", [0.1, 0.5])
 def test_the_force_at_which_a_joint_begins_to_slip(start):
     """The amplitude is N mu/k_t there, whether it is approached from the side that sticks or from the other."""

@@ -51,6 +51,7 @@ def branch():
     return sf.continue_cycle(floor(sf.laws.coulomb(MU_S, MU_K), mu_s=0.4), "F", (0.42, 1.5))
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("mu_s", "known"), [(0.3, 0.471496913), (0.33, 0.478201935), (0.4, 0.495227415)])
 def test_a_reversal_begins_to_stick_at_the_static_bound(mu_s, known):
     branch = sf.continue_cycle(floor(sf.laws.coulomb(mu_s, MU_K)), "F", (0.42, 1.5))
@@ -156,6 +157,7 @@ def follow_by_scipy(scene, start, period):
     return y, ends
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", longer([0, 1, 3, 4, 6, 9, 11, 13], [0, 4, 6, 9, 11, 13]))
 def test_random_branches_against_scipy(seed):
     scene, name, span = shaken(seed)
@@ -219,6 +221,7 @@ def test_a_jump_to_rest_ends_the_branch():
     assert touching.x_max[1] == pytest.approx(branch.special[-1].value, rel=1e-4)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("mu_s", [0.36, 0.45])
 def test_the_last_orbit_that_is_released_at_the_peak_of_the_load(mu_s):
     """It rests at x = a until the load is largest, a + F = mu_s, and slides from there to x = -a."""

@@ -28,6 +28,7 @@ def block(force, law, start, horizon, *, normal=1, slip=(u, w), values=None):
     return sf.Scene(system, [contact], values or {}, dict(zip((x, y, u, w), start, strict=True)), horizon)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("ratio", [1.05, 1.5, 1.8, 3.0])
 def test_a_block_stops_on_an_incline_as_in_closed_form(ratio):
     a, g = math.radians(20), 9.81
@@ -49,6 +50,7 @@ def test_coupled_springs_stop_where_two_methods_say():
     assert run.final == pytest.approx([0.0397606991051733, -0.00738456839793284, 0, 0], abs=1e-14)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("angle", [0.0, 0.8])
 def test_a_motion_on_a_line_is_that_of_a_line_contact(law, angle):
@@ -67,6 +69,7 @@ def test_a_motion_on_a_line_is_that_of_a_line_contact(law, angle):
     assert [e.t for e in two.events] == pytest.approx(sticks, abs=1e-11)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("law", LAWS)
 def test_a_turned_scene_gives_the_turned_motion(law):
     def final(phi):
@@ -91,6 +94,7 @@ def agrees(seed):
     assert run.energy_residual() < 1e-10
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("seed", [1, 10, 22])
 def test_random_scenes_against_a_foreign_simulator(seed):
     agrees(seed)
@@ -236,6 +240,7 @@ def test_the_length_of_a_slip_written_by_hand_is_its_speed():
         (square, square),
     ):
         assert sp.simplify(with_speeds(written, "table", slips) - told) == 0
-    wanted = {"way": sf.Integral(speed), "by hand": sf.Integral(sp.sqrt((u - 0.2) ** 2 + w**2))}
+    v_b = sp.Symbol("v_b", positive=True)
+    wanted = {"way": sf.Integral(speed), "by hand": sf.Integral(sp.sqrt((u - v_b) ** 2 + w**2))}
     run = sf.simulate(dragged().wanting(wanted)).checked()
     assert run["by hand"] == run["way"] > 0

@@ -34,6 +34,7 @@ def block(force, start, horizon, ellipse, *, law=None, slip=(u, w), values=None,
     )
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("angle", [0.3, 1.2, 2.5])
 @pytest.mark.parametrize("ellipse", [(1, 0.5), (0.7, 1.6)])
 def test_a_block_holds_up_to_the_ellipse_and_slips_along_its_normal(angle, ellipse):
@@ -57,6 +58,7 @@ def test_a_block_holds_up_to_the_ellipse_and_slips_along_its_normal(angle, ellip
     assert math.atan2(start[1], start[0]) == pytest.approx(math.atan2(normal[1], normal[0]), abs=1e-3)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("ellipse", [(1, 0.5), (0.7, 1.6)])
 def test_a_free_block_stops_along_the_invariant_of_the_ellipse(ellipse):
     """With u' = -N mu a^2 u/s, w' = -N mu b^2 w/s the ratio |u|^(b^2)/|w|^(a^2) is kept; the time is a quadrature."""
@@ -96,6 +98,7 @@ def by_hand(scene_force, start, horizon, ellipse, mu, stick, eps):
     return solve_ivp(rates, (0, horizon), start, "Radau", rtol=1e-10, atol=1e-10 * eps).y[:, -1]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("law", LAWS)
 def test_stops_sticks_and_releases_are_the_limit_of_regularised_friction(law):
     ellipse, start = (1.3, 0.6), [0.2, -0.1, 0.5, 0.9]
@@ -114,6 +117,7 @@ def test_stops_sticks_and_releases_are_the_limit_of_regularised_friction(law):
     assert run.energy_residual() < 1e-9
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("law", LAWS)
 def test_equal_factors_are_a_factor_of_the_coefficient(law):
     force, start = [0.3 * sp.cos(sf.TIME), 0.2], [0, 0, 0.7, -0.4]

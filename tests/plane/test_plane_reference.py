@@ -27,6 +27,7 @@ def case(name):
 # -- known motions
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("direction", [0.3, math.pi / 2, 3.0])
 @pytest.mark.parametrize("k", [1.05, 1.5, 4.0])
 def test_block_stops_on_an_incline(direction, k):
@@ -76,6 +77,7 @@ def test_puck_crosses_a_conveyor():
     assert (leaves, x, vx, vy) == pytest.approx(case("puck_across_conveyor"), rel=1e-10)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("ratio", [1.0, 1.4])
 def test_released_block_starts_along_the_force(ratio):
     # a force that turns and grows: where it leaves the disc the block starts in its direction
@@ -149,6 +151,7 @@ def check_trend(seed):
     return motion
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_scenes_are_the_limit_of_regularised_ones(seed):
     check_trend(seed)

@@ -31,6 +31,7 @@ FAMILY = {
 }
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.parametrize("order", [1, -1])
 @pytest.mark.parametrize("family", FAMILY)
 def test_they_are_one_contact(family, order):
@@ -73,6 +74,7 @@ def test_they_rest_to_the_last_bit():
     assert run.final[:2] == pytest.approx(sf.simulate(still.until(10.0), tolerance=1e-12).final[:2], abs=1e-15)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("slip", [(u, 2 * w), (0.6 * u + 0.8 * w, 0.6 * w - 0.8 * u)])
 def test_others_end_with_a_status_where_their_forces_are_not_known(slip):
     """Discs that are not similar, or whose components are not those of the other, add up to no disc of these."""

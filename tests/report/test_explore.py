@@ -70,6 +70,7 @@ def test_every_change_is_answered_within_a_tenth_of_a_second(belt):
             assert time.process_time() - begin < 0.1
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("model", ["absorber", "coulomb_oscillator", "drive_stop"])
 def test_scenes_without_a_belt_speed_are_answered_too(model):
     found = explorer(read_scene_text(starter(model)))
@@ -124,6 +125,7 @@ def test_a_coordinate_and_a_contact_are_chosen(two):
     two("coordinate").value, two("contact").value = "x1", "first"
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("changed", "words"), [({"m": -1.0}, "mass"), ({"m": 0.0}, "mass"), ({"N": -1.0}, "negative")])
 def test_an_impossible_number_is_refused_in_words(tmp_path, changed, words):
     file = tmp_path / "own.toml"
@@ -232,6 +234,7 @@ def test_what_is_explored_is_saved_as_a_scene_file(belt):
     assert np.max(view.x) == pytest.approx(np.max(shown(view.t)[0]), abs=1e-4)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda p: p.stem)
 def test_a_file_is_written_as_it_was_read(path):
     tables = tomllib.loads(path.read_text(encoding="utf-8"))

@@ -25,6 +25,7 @@ def test_every_example_is_known():
     assert [p.stem for p in FILES] == sorted(KNOWN)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 def test_the_examples_are_explained_and_studied(path, tmp_path):
     found = CliRunner().invoke(main, ["explain", str(path)])
@@ -43,6 +44,7 @@ def test_the_examples_are_explained_and_studied(path, tmp_path):
     assert data["motion"]["status"] == "OK"
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 def test_a_file_and_what_is_written_of_it_are_the_same_scene(path):
     tables = tables_of(read_scene_file(path))

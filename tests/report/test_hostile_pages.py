@@ -125,7 +125,7 @@ def is_harmless(text: str, times: int, mark: str = EVIL) -> Seen:
 
 TAGS = """
 html head meta title style body h1 h2 h3 p div ul li table thead tbody tr th td figure img
-figcaption footer code strong i sup a pre caption details summary
+figcaption footer code strong i sup a pre caption details summary span
 math mi mo mn mrow msub msup msubsup mfrac mtext mspace mtable mtr mtd mover mfenced
 """
 

@@ -46,6 +46,7 @@ def moving(file):
     return found.motion.value, steady if steady.settled else None
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     ("model", "changed", "near"),
     [

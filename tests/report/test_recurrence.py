@@ -45,7 +45,7 @@ PERIODIC = {
 }
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", PERIODIC)
 def test_a_period_is_one_of_the_motion(name):
     given, period = PERIODIC[name]
@@ -82,6 +82,7 @@ NOT_PERIODIC = {
 }
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", NOT_PERIODIC)
 def test_what_has_not_settled_has_no_period(name):
     given, note = NOT_PERIODIC[name]

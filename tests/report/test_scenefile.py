@@ -286,6 +286,7 @@ BAD_EXPRESSIONS = [
 ]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("text", "part"), BAD_EXPRESSIONS, ids=lambda v: v[:30] if isinstance(v, str) else v)
 def test_bad_expression_is_refused_quickly(text, part, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

@@ -88,6 +88,7 @@ def test_definiteness_is_exact_only_where_the_frequencies_agree(data):
     assert np.interp(2.0, gap.zeta, gap.exact) == pytest.approx(0.17993804875, abs=1e-5)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", ["guida-5", "guida-15", "guida-readings", "guida-stability"])
 def test_nothing_in_a_picture_collides(name, data):
     figure = np.atleast_1d(slide_figures.FIGURES[name].draw(data[name])).flat[0].figure

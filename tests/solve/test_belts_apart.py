@@ -29,7 +29,7 @@ def belts(seed):
     return sf.Scene(system, contacts, {}, start, 5.0)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize("seed", longer(range(24), range(8, 24)))
 def test_a_body_follows_the_belt_it_sticks_to(seed):
     scene = belts(seed)
@@ -57,6 +57,7 @@ def test_a_belt_that_starts_to_move_without_acceleration_leaves_what_rests(route
         assert run.mode[slipping][-1] == -1
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("route", ["taylor", "exact", "integrators"])
 def test_slips_that_are_a_parameter_times_another_share_their_force(route):
     """Contacts rest together whatever the ratio of their slips; it needs no number for that."""

@@ -105,6 +105,7 @@ def test_the_multistep_methods_jump_at_the_wrong_time_in_silence_and_refuse_seco
         ca.hessian(function(x0=[1, 0], p=p)["xf"][0], p)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("plugin", MULTISTEP)
 def test_reverse_gradients_need_quad_err_con(plugin):
     y, p, t = ca.SX.sym("y"), ca.MX.sym("p"), ca.SX.sym("t")

@@ -94,6 +94,7 @@ def kick(by):
     return change
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_random_scenes_are_chains_of_plain_runs(seed):
     rng = np.random.default_rng(seed)
@@ -112,6 +113,7 @@ def test_random_scenes_are_chains_of_plain_runs(seed):
     assert np.max(np.abs(found.final[:3] - expected)) < 1e-9
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("way", [1, -1])
 def test_a_reset_at_the_instant_at_which_a_body_stops(way):
     start = {"x": way * 1.0, "u": way * 0.3}
@@ -244,6 +246,7 @@ def delayed_relay(waiting=1):
     return sf.Scene(system, [rail], {tau: 0.3, C: 0.4}, {x: 1.0, u: 0.0}, 100.0, held=[relay])
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("waiting", [1, 3])
 def test_a_relay_with_dead_time_and_friction(waiting):
     scene = delayed_relay(waiting)

@@ -32,7 +32,7 @@ def pulled(start, ratio):
     return (27 - start**3) / 6 - start**2 / 2 * (3 - start) - ratio * start * (3 - start) ** 2 / 2, u
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("route", ["taylor", "exact", "integrators"])
 @pytest.mark.parametrize("ratio", [1.0, 0.6])
 def test_masses_start_where_no_forces_hold_them_whatever_the_order(route, ratio):
@@ -48,6 +48,7 @@ def test_masses_start_where_no_forces_hold_them_whatever_the_order(route, ratio)
         assert sorted((e.contact, e.after) for e in run.events) == [("between", 1), ("first", 1), ("second", -1)]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("order", ORDERS)
 def test_forces_of_dependent_contacts_balance_and_stay_within_their_bounds(order):
     force = {n: sf.friction_force(n) for n in ("first", "second", "between")}
@@ -62,6 +63,7 @@ def test_forces_of_dependent_contacts_balance_and_stay_within_their_bounds(order
     assert run.stats["events"] == 0
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("route", ["exact", "taylor", "integrators"])
 @pytest.mark.parametrize("factors", [(1, -2, 3), (-2, 1, 0.5), (3, -0.5, -1)])
 def test_parallel_contacts_share_in_proportion_to_their_bounds_whatever_their_directions(factors, route):
@@ -115,6 +117,7 @@ def test_slips_that_agree_only_by_the_numbers_of_a_run_hold_together():
     assert len(two.events) == 2 * len(single.events)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("apart", [3e-9, 1e-6])
 def test_a_contact_that_nearly_follows_from_another_leaves_its_load_to_a_third(apart):
     """Alone, two nearly equal slips hold across with forces of the load over their difference."""
@@ -194,7 +197,7 @@ class Family:
         return -found.fun, np.max(np.abs((left.T @ wanted)[rank:]), initial=0.0)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("seed", longer(range(8), (1, 2, 5, 6)))
 def test_random_dependent_contacts_slip_only_where_they_must(seed):
     family = Family(seed)
@@ -227,6 +230,7 @@ def test_random_dependent_contacts_slip_only_where_they_must(seed):
             assert family.spare(t, run(t), mode)[0] == pytest.approx(0, abs=1e-6)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("seed", [0, 3, 4])
 def test_random_dependent_contacts_agree_with_the_independent_route(seed):
     family = Family(seed)

@@ -44,6 +44,7 @@ def floor(seed, route):
     return sf.prepare(scene, 1e-12, route=route)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("seed", "route"), [*product(range(6), ("exact", "taylor"))])
 def test_cells_drawn_at_random_under_records_drawn_at_random(seed, route):
     rng = np.random.default_rng(100 + seed)
@@ -210,7 +211,7 @@ def stepped(scene, n):
     return found
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize("seed", range(18))
 def test_at_a_corner_of_contacts_the_routes_agree_with_small_steps(seed):
     scene, n = corner(seed), 2000

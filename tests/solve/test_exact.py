@@ -32,6 +32,7 @@ def true_motion(k, c, x0, u0, force, t):
         return float(y[0]), float(y[1])
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("force", [0.0, 0.7])
 @pytest.mark.parametrize(
     ("k", "c"),
@@ -105,6 +106,7 @@ def test_a_drive_slide_cycles_just_above_its_threshold_and_decays_just_below(mu1
         assert (run.checked().stats["events"] > 10) == cycles
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("mu1", "mu2", "p_star", "eps"),
     [
@@ -323,6 +325,7 @@ def test_harmonics_powers_of_time_samples_and_kinks_are_linear_between_events():
     assert run.stats["events"] == other.stats["events"] > 4
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("change", "reason"),
     [

@@ -62,6 +62,7 @@ def sampled(period, offset, delay, step, horizon):
     return [(t, e) for t, e in found if t < horizon]
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     ("period", "offset", "delay", "step"),
     [
@@ -168,6 +169,7 @@ def late(every, delay, **more):
     return plant(cmd.symbol, 5.95, values=values, held=[cmd])
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("delay", [0.0, 0.2, 0.3, 0.5, 0.6, 0.75, 0.9])
 def test_a_delay_by_parameters_equals_one_by_numbers(delay):
     """With room for three values on their way, also where the delay is a whole number of periods."""
@@ -199,6 +201,7 @@ def test_derivatives_by_a_delay_beyond_a_period():
         assert np.max(np.abs(run.sensitivities[name] - (4 * near - far) / 3)) < 1e-6
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("first", "second", "exists"), [(T, T, True), (T, tau, False), (T, 2 * tau, False), (T, 0.5, False)]
 )
@@ -228,6 +231,7 @@ def test_continuation_in_a_delay_beyond_a_period():
     assert branch.orbits[-1].half_range[0] == pytest.approx(end.half_range[0], abs=1e-9)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("offset", "delay"), [(0.08, 0.05), (0.02, 0.07), (0.04, 0.25)])
 def test_multipliers_of_a_sampled_system(offset, delay):
     cmd = sf.Held("cmd", update=-2 * x - 0.6 * u, every=0.1, offset=offset, delay=delay)

@@ -140,6 +140,7 @@ class Motion:
         return [self.z[i] for i in range(5)]
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("friction", [False, True])
 @pytest.mark.parametrize("seed", longer(range(24), range(2, 24)))
 def test_routes_agree_with_matrix_exponentials(seed, friction):

@@ -20,6 +20,7 @@ def error(run, problem) -> float:
     return max(abs(v - float(true)) for v, true in zip(run.checked().final, problem.reference, strict=True))
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("plugin", ["erk", "rosenbrock"])
 @pytest.mark.parametrize(
     ("name", "tolerance"),
@@ -39,7 +40,7 @@ def test_the_exact_law_is_right_within_the_tolerance(plugin, name, tolerance):
     assert run.stats["events"] == problem.events
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize(
     ("plugin", "tolerance"),
     [("erk", 1e-7), ("rosenbrock", 1e-7), ("cvodes", 1e-6), ("cvodes", 1e-9), ("idas", 1e-6), ("idas", 1e-9)],
@@ -113,6 +114,7 @@ def shaken() -> sf.Scene:
     )
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     "scene",
     [
@@ -174,7 +176,7 @@ SLIPS = {  # of a slip that begins at zero and may be shorter than a step; conti
 }
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
 @pytest.mark.parametrize("name", SLIPS)
 def test_short_slips_of_an_excited_belt_are_found(name, tolerance):
@@ -218,6 +220,7 @@ def test_a_slope_that_is_infinite_at_rest_is_a_status_in_bounded_time():
     assert run.stats["steps"] < 50_000
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-6, 1e-8])
 def test_a_stiff_motion_crosses_a_kink_slowly(tolerance):
     # the noise of the state decides the sign of the slope at the kink, on both of its sides

@@ -174,6 +174,7 @@ def some(arrays, chosen):
     return replace(arrays, **rows)
 
 
+@pytest.mark.one_in(5)
 @pytest.mark.filterwarnings("ignore:redundant contacts")
 @pytest.mark.parametrize("name", longer(SCENES, LONG))
 def test_a_case_in_a_lane_has_the_bits_of_the_event_loop(name):
@@ -188,6 +189,7 @@ def test_a_case_in_a_lane_has_the_bits_of_the_event_loop(name):
         same(run_in_lanes(lanes, y[n - few :], p[n - few :], 1, None), some(batch, slice(n - few, n)))
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", longer(("a controller", "kicks", "an escapement"), ("an escapement",)))
 def test_derivatives_over_clocks_have_the_bits_of_single_runs(name, monkeypatch):
     monkeypatch.setattr(laned, "LEAST", 1)
@@ -201,6 +203,7 @@ def test_derivatives_over_clocks_have_the_bits_of_single_runs(name, monkeypatch)
     assert np.array_equal(batch.sensitivities[parameter].T, [r.sensitivities[parameter] for r in runs], equal_nan=True)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("seed", longer((1, 57, 61, 66, 70), (57, 66, 70)))
 def test_random_scenes_have_the_bits_of_the_event_loop(seed):
@@ -218,6 +221,7 @@ def test_random_scenes_have_the_bits_of_the_event_loop(seed):
     same(run_in_lanes(program._lanes(), y, p, 1, None), run_cases(program._model, y, p, 1, None))
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", ["belt, all outputs", "two belts", "a regularised law", "bristles", "samples"])
 def test_few_steps_are_left_to_the_event_loop(name, monkeypatch):
     program, y, p = cases(name, 60)
@@ -231,6 +235,7 @@ def test_few_steps_are_left_to_the_event_loop(name, monkeypatch):
     assert taken[0].kernels.calls - changes < 0.15 * np.sum(batch.counted[:, 0])
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("width", [2, 4, 8, 16])
 def test_the_width_of_the_vectors_does_not_change_a_bit(width):
     program, y, p = cases("belt, all outputs", 60)

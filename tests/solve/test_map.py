@@ -90,6 +90,7 @@ def some(batch, chosen):
     )
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", longer(SCENES, LONG))
 def test_a_case_is_its_single_run_whatever_its_neighbours(name):
     program, ranges = prepared(name)

@@ -92,6 +92,7 @@ def same_arrays(a, b, kinds):
 IN_LANES = [name for name in SCENES if name != "two contacts"]  # whose series are too long for lanes
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", longer(IN_LANES, ["smooth law"]))
 def test_lanes_end_at_the_bits_of_the_event_loop(name):
     program, ranges = prepared(name)

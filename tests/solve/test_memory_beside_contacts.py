@@ -16,7 +16,7 @@ FAMILY = list(itertools.product(LAWS, SLIPS, OTHERS))
 STICKING = ("coulomb", "cubic", "spring", "maxwell slip")
 
 
-@pytest.mark.one_in(150)
+@pytest.mark.one_in(300)
 @pytest.mark.parametrize(("law", "slip", "other"), FAMILY)
 def test_what_is_explained_runs(law, slip, other):
     scene = scene_of(law, slip, other)
@@ -26,7 +26,7 @@ def test_what_is_explained_runs(law, slip, other):
     assert run.status != sf.Status.OK or (run.t_final == scene.horizon and np.all(np.isfinite(run.final)))
 
 
-@pytest.mark.one_in(14)
+@pytest.mark.one_in(28)
 @pytest.mark.parametrize(("slip", "other"), list(itertools.product(SLIPS, STICKING)))
 def test_the_implicit_integrator_and_the_series_agree_where_both_can_run(slip, other):
     outputs = {"x": sf.Samples(sp.Symbol("x", real=True), np.linspace(0.1, 2.0, 20)), "top": sf.Max(sf.slip("b"))}
@@ -42,6 +42,7 @@ def test_the_implicit_integrator_and_the_series_agree_where_both_can_run(slip, o
     assert [e.t for e in own] == pytest.approx([e.t for e in theirs], abs=1e-6)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("other", ["spring", "maxwell slip"])
 def test_sliders_beside_creep_yield_and_return_either_way(other):
     scene = scene_of("aging, soft", "bodies", other, horizon=6.0, events=sf.Events()).starting({"w": 1.0})
@@ -122,6 +123,7 @@ def test_creep_on_a_moving_body_keeps_its_slip_below_the_rounding_of_the_velocit
     assert run["u"] == 1.0
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("law", "other"), [("lugre", "coulomb"), ("aging", "coulomb"), ("aging", "alone")])
 def test_derivatives_run_as_explained(law, other):
     scene = scene_of(law, "belt", other)
@@ -131,6 +133,7 @@ def test_derivatives_run_as_explained(law, other):
     assert run.sensitivities["x"] == pytest.approx((up - down) / 2e-4, abs=1e-4)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("other", ["coulomb", "maxwell slip"])
 def test_many_cases_are_those_one_by_one(other):
     program = sf.prepare(scene_of("slip", "bodies", other, horizon=0.5), 1e-7)

@@ -33,7 +33,7 @@ CASES = {
 }
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", CASES)
 def test_derivatives_are_the_limit_of_differences(name):
     """Halved steps: the error of the differences falls to a quarter, and what is left after that is nothing."""

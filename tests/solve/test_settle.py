@@ -76,7 +76,7 @@ SCENES = {
 }
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", longer(SCENES, ("chain of six, equal",)))
 def test_several_contacts_agree_with_a_finer_tolerance_and_conserve_energy(name):
     coarse, fine = (sf.simulate(SCENES[name], tolerance).checked() for tolerance in (1e-8, 1e-13))
@@ -87,6 +87,7 @@ def test_several_contacts_agree_with_a_finer_tolerance_and_conserve_energy(name)
     assert fine.energy_residual() < 1e-11
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", ["stack of three", "two belts", "carried"])
 def test_several_contacts_agree_with_an_independent_rule_and_integrator(name):
     scene = SCENES[name]
@@ -132,6 +133,7 @@ def test_stack_agrees_with_a_time_stepping_scheme_that_knows_no_modes():
     assert errors[1] < 0.5 * errors[0]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     "laws", [(sf.laws.coulomb(0.2), sf.laws.coulomb(0.3)), (CUBIC, CUBIC)], ids=["coulomb", "cubic"]
 )
@@ -390,7 +392,7 @@ VARIED = {
 }
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", longer(VARIED, ("tip on a belt",)))
 def test_loads_kinks_and_geometry_agree_with_the_independent_route(name):
     scene = VARIED[name]
@@ -453,6 +455,7 @@ def test_more_contacts_than_coordinates_hold_the_system_at_rest(tolerance):
     assert run.mode[:, -1].tolist() == [0, 0, 0]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("profile", [1 + 1.6 * sp.Abs(X), 1 + sp.Max(0, X), 2 - sp.Min(sp.Abs(X), 1)])
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12])
 def test_sticking_at_a_kink_of_the_profile(profile, tolerance):
@@ -467,6 +470,7 @@ def test_sticking_at_a_kink_of_the_profile(profile, tolerance):
     assert at_kink.stats["events"] == beside.stats["events"]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("how", ["linear", "tanh", "arctan"])
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
 def test_a_law_without_a_jump_starts_where_forces_cancel_to_rounding(how, tolerance):

@@ -84,6 +84,7 @@ def test_a_decaying_motion_counts_from_its_time_on():
     assert falling["edge"] == pytest.approx(falling(13.5)[0], abs=1e-12)  # an extreme at the begin itself
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("seed", range(6))
 def test_random_scenes_agree_with_their_dense_output(seed):
     rng = np.random.default_rng(seed)
@@ -140,6 +141,7 @@ def slopes_by_differences(scene, names, step=1e-5):
     return found
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     "scene",
     [BELT.until(50.0), oscillator(-K * X - D * U + F * sp.cos(W * sf.TIME), {K: 1.3, D: 0.1, F: 0.4, W: 0.8})],

@@ -109,6 +109,7 @@ def test_a_belt_that_starts_against_small_steps_of_projection(side):
     assert run.final == pytest.approx([x, u, *z], abs=1e-5)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("law", ["maxwell", "iwan"])
 def test_masings_rules(law):
     """First loading is the backbone; a branch after a reversal is the same curve at twice the size."""
@@ -168,6 +169,7 @@ def test_densities_of_infinite_stiffness_are_refused(chi):
         sf.laws.iwan(1.0, chi, 1.0)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("start", [0.0, 1.0])  # with 0, two sliders return to their limits at one time
 def test_sensitivities_through_yielding_and_reversal(start):
     law = sf.laws.maxwell_slip([K, 20.0], [L, 0.2])
@@ -200,7 +202,7 @@ def test_many_cases_at_once_are_single_runs():
         assert np.array_equal(batch.final[:, k], program.run({"v_b": v}).final)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     ("n", "beta", "gamma"), [(1, 60.0, 40.0), (2, 300.0, 100.0), (1.5, 80.0, 80.0), (3, 50.0, -20.0)]
 )

@@ -38,7 +38,7 @@ def scene(kind, numbers, horizon, start):
     return sf.Scene(system, contacts(kind, belt, load), {}, start, horizon, {"end": sf.End()})
 
 
-@pytest.mark.one_in(24)
+@pytest.mark.one_in(72)
 @pytest.mark.parametrize("kind", LAWS)
 @pytest.mark.parametrize("seed", range(8))
 def test_random_steps_are_restarts(kind, seed):

@@ -73,7 +73,7 @@ def test_every_recurrence_is_tested():
     assert set(recurrences._RULES) <= {f.instruction_id(k) for f in fields for k in range(f.n_instructions())}
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(10)
 @pytest.mark.parametrize("name", OPERATIONS)
 def test_coefficients(name, tables):
     field, _ = field_of(OPERATIONS[name] + 0.1 * ca.sin(OPERATIONS[name]) * OPERATIONS[name])
@@ -113,7 +113,7 @@ def test_coefficients_of_a_long_sum(tables):
     assert found == pytest.approx(right, rel=1e-12, abs=1e-14)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize("name", SCENES)
 def test_motions(name, tables):
     """States, counts of events and derivatives."""

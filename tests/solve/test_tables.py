@@ -69,7 +69,7 @@ def with_switches(monkeypatch, scene, route="taylor"):
         return sf.simulate(scene, route=route).checked()
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize(("name", "n"), [*itertools.product(FAMILIES, (9, 33))])
 def test_motion_is_that_of_a_switch_for_each_break(monkeypatch, name, n):
     scene = FAMILIES[name](np.random.default_rng(n), n)
@@ -95,6 +95,7 @@ def test_cases_in_lanes_have_the_bits_of_single_runs():
     assert [program.run(initial={"x": x})["x_max"] for x in starts] == batch.outputs["x_max"].tolist()
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", ["law", "profile", "spring"])
 def test_derivatives_hold(name):
     scene = FAMILIES[name](np.random.default_rng(5), 20)
@@ -163,6 +164,7 @@ def test_tables_are_recognised(pieces, breaks):
     assert (table and table.breaks) == breaks
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("n", [50, 500])
 def test_law_jumps_are_still_refused(n):
     values = sp.Piecewise(*((1 + 0.1 * k, sf.SPEED < k + 1) for k in range(n)), (2, True))

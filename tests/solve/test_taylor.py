@@ -40,6 +40,7 @@ def error(run, problem):
     return max(abs(v - float(true)) for v, true in zip(run.checked().final, problem.reference, strict=True))
 
 
+@pytest.mark.one_in(7)
 @pytest.mark.parametrize(
     ("name", "tolerance"),
     [
@@ -56,7 +57,7 @@ def test_benchmark_problems_are_right_within_the_tolerance(name, tolerance):
         assert run.stats["events"] == problem.events
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", ["P1", "P2", "P3", "P4", "P7", "P8", "P9"])
 def test_energies_of_the_benchmark_problems_balance(name):
     for tolerance in (1e-6, 1e-9, 1e-12):
@@ -74,7 +75,7 @@ def test_the_price_of_smoothing_is_a_distance_linear_in_the_regularisation():
     assert np.diff(np.log2(distance)) == pytest.approx([-1, -1], abs=0.05)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(12)
 @pytest.mark.parametrize("how", EXCITED)
 @pytest.mark.parametrize("name", LAWS)
 def test_every_law_on_the_belt(name, how):
@@ -91,7 +92,7 @@ INDEPENDENT = [(n, h) for n in LAWS for h in EXCITED if "averaged" not in n and 
 OTHERS = [(n, h) for n, h in INDEPENDENT if h == "excited" and n not in ("coulomb", "stribeck", "cubic", "exponential")]
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("case", longer(INDEPENDENT, OTHERS), ids=" ".join)
 def test_every_law_agrees_with_the_independent_route(case):
     name, how = case
@@ -132,6 +133,7 @@ def pendulum():
     return sf.Scene(system=system, initial={X: 1.0, U: 0.5}, horizon=30.0)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("order", [4, 6, 8, 12])
 def test_observed_order_of_the_step(order):
     # the error of a run falls like h^order, and h is the horizon over the steps
@@ -216,6 +218,7 @@ def test_phase_portrait_of_one_swing_has_the_closed_form():
     assert [e.t for e in run.events] == pytest.approx(np.arange(1, 18) * math.pi, abs=1e-11)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", ["stribeck", "exponential", "custom"])
 def test_the_independent_route_reaches_the_end_of_an_excited_run(name):
     scene = sf.scenes.mass_on_belt(LAWS[name], v_b=0.2, a=0.01, Omega=20.0, horizon=12.0)

@@ -52,6 +52,7 @@ def test_forces_that_are_no_numbers_are_said():
         slider(lambda t: math.nan).run([0.0, 1.0], [1.0])
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("seed", "name", "change"), [(2, "tF1", 1e-4), (29, "K", 1e-4)])
 def test_a_small_difference_is_seen(monkeypatch, seed, name, change):
     comparison = InstantsComparison("instants", seed)

@@ -50,6 +50,7 @@ def test_it_imports_nothing_of_the_package_but_the_scene():
                 assert all(a.name.split(".")[0] not in ("symfric", "casadi", "numba", "llvmlite") for a in node.names)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("delta", [0.03, 0.14, 0.21, 0.31, 0.49, 0.5, 0.7])
 def test_a_coulomb_oscillator_stops_where_its_half_cycles_end(delta):
     scene = sf.scenes.coulomb_oscillator(delta).until(60.0)
@@ -210,6 +211,7 @@ def test_a_pendulum_with_a_sliding_support_keeps_its_energy():
     assert energy(final(scene)) == pytest.approx(energy([0.0, 1.0, 0.2, 0.5]), abs=1e-9)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("start", [0.5, 1.0, 1.5])
 @pytest.mark.parametrize("pull", [-0.4, 0.4])
 @pytest.mark.parametrize("limit", [sp.Min, sp.Max])
@@ -265,6 +267,7 @@ def test_it_says_why_it_gave_up():
     assert np.isnan(found.x).all()
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", longer((3, 8, 13, 26), (8, 26)))
 def test_it_agrees_with_the_package_where_that_is_known_right(seed):
     scene = structure(seed)

@@ -61,6 +61,7 @@ def test_a_start_hardly_above_the_bound_is_caught_again(route, speed):
         assert run.mode[0, -1] == released.mode[0, -1]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("route", ["exact", "taylor", "integrators"])
 @pytest.mark.parametrize("order", [1, -1])
 def test_a_contact_without_load_holds_nothing(route, order):
@@ -88,6 +89,7 @@ def test_what_static_friction_holds_stays_at_rest_when_another_lets_go():
         assert run.final[[0, 2]].tolist() == [0.2, 0.0]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("n", [2, 4])
 def test_equal_masses_with_equal_contacts_move_as_one(n):
     q, u = sp.symbols(f"q:{n}", real=True), sp.symbols(f"u:{n}", real=True)
@@ -101,6 +103,7 @@ def test_equal_masses_with_equal_contacts_move_as_one(n):
     assert run.final == pytest.approx(np.repeat(one.final, n), abs=1e-9)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
 def test_reversals_that_accumulate_end_with_a_status(tolerance):
     # the ground swings ever faster before t = 1, infinitely often: the slip has no last reversal

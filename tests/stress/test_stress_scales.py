@@ -26,6 +26,7 @@ def stick_slip(speed):
     return 2 * drop / speed + 2 * (math.pi - math.atan(drop / speed))
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("route", ["exact", "taylor"])
 def test_a_million_events(route):
     speed, periods = 0.5, 500_000
@@ -53,6 +54,7 @@ def test_a_long_free_slip_keeps_its_phase(route, horizon):
     assert run.final == pytest.approx(np.array([0.3, 0.0]) + first, abs=1e-15 * horizon + 1e-12)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("power", range(-6, 7, 2))
 @pytest.mark.parametrize("which", ["time", "length", "force"])
 def test_units_over_twelve_decades(power, which):
@@ -67,6 +69,7 @@ def test_units_over_twelve_decades(power, which):
         assert run.final * [1 / length, time / length] == pytest.approx(one.final, abs=1e-9)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("fast", [1e2, 1e4, 1e6])
 def test_excitation_up_to_a_million_radians_a_second(fast):
     # the same motion with another unit of time
@@ -90,6 +93,7 @@ def test_a_stiff_law_stays_near_the_set_valued_one(v_s):
         assert run.final == pytest.approx(exact, abs=3 * v_s + 10 * tolerance)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("tolerance", [10.0**-k for k in range(3, 16)])
 def test_tolerances_from_1e_3_to_1e_15(tolerance):
     speed = 0.5

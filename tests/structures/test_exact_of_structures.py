@@ -34,6 +34,7 @@ def scene_of(n, contacts, seed, damping="modal", law=COULOMB, **more):
     return st.Structure(M, K, C, F).scene(pads, **more)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("n", "contacts", "damping"), [(3, 1, "any"), (8, 3, "any"), (30, 5, "modal"), (30, 2, "any")])
 def test_against_exponentials_with_every_mode_tried(n, contacts, damping):
     M, C, K, F, rows, start = numbers(n, contacts, 3, damping)
@@ -79,6 +80,7 @@ def variety(seed):
     )
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", [0, 1])
 def test_against_series_with_contacts_of_every_kind(seed):
     scene = variety(seed)
@@ -141,6 +143,7 @@ def test_entries_that_the_mode_changes_do_not_grow_with_the_structure():
     assert count[20, 4] == count[40, 4] < count[40, 8]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("contacts", [3, 7])
 def test_more_contacts_than_coordinates_and_rows_that_depend_on_others(contacts):
     """All may stick at once, although their forces are not determined then; the motion is."""

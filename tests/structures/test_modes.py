@@ -79,6 +79,7 @@ def test_rigid_bodies():
     assert np.sum(s.complex_modes(4).eigenvalues == 0) == 2
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("near", [0.0, 0.4, 1.7])
 @pytest.mark.parametrize("damped", [False, True])
 def test_shift_and_invert_equals_a_dense_computation(near, damped):

@@ -39,7 +39,7 @@ def from_expressions(n, contacts, law, full=True, load=False):
     return sf.Scene(sf.System(q, u, M.tolist(), force), pads, {V: 0.2}, given.initial, 20.0)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     ("n", "contacts", "law", "full", "load"),
     [(4, 2, "Coulomb", True, False), (4, 2, "Stribeck", False, True), (10, 3, "Stribeck", True, False)],

@@ -18,6 +18,7 @@ def check(seed, kind, n, points):
     return len(exact)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_loss_of_stability_is_missing_or_false(kind):
     assert sum(check(seed, kind, n, 60) for seed, n in ((0, 2), (1, 2), (2, 3), (3, 5))) > 0
@@ -43,6 +44,7 @@ def check_large(seed, kind, n, points=60, grid=33):
     return len(exact)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("seed", "kind", "n"), [(5, "undamped", 61), (2, "damped", 61)])
 def test_no_loss_of_stability_of_modes_followed_is_missing_or_false(seed, kind, n):
     """Of more degrees of freedom than those all of whose eigenvalues are searched."""
@@ -178,6 +180,7 @@ def test_a_mode_without_damping_in_a_large_damped_structure_neither_gains_nor_lo
     assert (found.critical, found.regained) == ((), ())
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("unit", [1e-4, 1.0, 1e4])
 def test_flutter_of_a_large_structure_beside_a_mode_that_takes_no_part_in_any_unit_of_time(unit):
     """``1 + mu`` and 1.5 merge at ``0.5/(1 + 2 eps)`` and part at ``0.5/(1 - 2 eps)``, at squares near to 1.5."""

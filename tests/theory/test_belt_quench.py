@@ -70,6 +70,7 @@ def vibrates(q, v):
     return not stability(separate(shaken(q, v))).stable
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("q", [0.1, 0.2, 0.3, 0.35])
 def test_unstable_speeds_are_where_the_slow_scene_is_unstable(q):
     low, high = belt.unstable_speeds(shaken(q))
@@ -177,6 +178,7 @@ def test_a_range_that_is_none(speeds, message):
         sf.theory.belt.quench_intensity_for(sf.scenes.mass_on_belt(v_b=0.3), speeds)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("v_b", "mu_m", "beta"), [(0.3, 0.25, 0.05), (0.25, 0.25, 0.02), (0.3, 0.35, 0.01)])
 def test_cycles_that_enter_slow_slips_have_the_amplitude_of_the_full_motion(v_b, mu_m, beta):
     q, Omega = 0.2, 60.0

@@ -51,6 +51,7 @@ def test_slow_motion_beside_a_fast_one():
     assert found.margin == pytest.approx(1 / found.B[0, 0], rel=1e-12)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("n", [1, 2, 3])
 def test_verdicts_never_contradict_the_eigenvalues(n):
     rng = np.random.default_rng(n)

@@ -216,6 +216,7 @@ def test_mean_friction_is_the_struve_form_where_that_has_digits():
     assert transient.mean_friction(1.5) == pytest.approx(float(number), rel=1e-14)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("f_n", "mu_m", "t", "n"),
     [

@@ -49,6 +49,7 @@ def test_more_damping_of_the_second_slide_can_lower_it():
     assert np.round(least, 3).tolist() == [7.743, 3.875]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("values", "end"), OTHERS)
 def test_a_billionth_beside_it_the_solver_decays_or_cycles(program, values, end):
     onset = drive.two_slides_onset(**values)

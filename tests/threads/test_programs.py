@@ -53,12 +53,14 @@ def shared(program, values, rounds, most=12):
     return [d for part in together(work) for d in part]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("rounds", longer([500, 3000], [3000]))
 @pytest.mark.parametrize("name", SCENES)
 def test_one_program_with_different_values(name, rounds):
     assert shared(program_of(name), lambda k: values_of(name, k), rounds) == []
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("options", [{"route": "integrators"}, {"sensitivities": ["v_b", "x"]}], ids=str)
 def test_one_program_of_the_other_routes(options):
     program = sf.prepare(SCENES["series"]().until(15.0), 1e-6, **options)
@@ -111,6 +113,7 @@ def test_a_program_runs_inside_its_own_progress_callback():
     assert difference(inner[0], program.run({"v_b": 0.3})) == ""
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("output", [sf.Trajectory(), sf.Events(), sf.Max(X)], ids=lambda o: type(o).__name__)
 def test_progress_is_told_about_once_in_a_million_steps_whatever_is_kept(output):
     program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=2e6).wanting({"kept": output}))
@@ -121,6 +124,7 @@ def test_progress_is_told_about_once_in_a_million_steps_whatever_is_kept(output)
     assert told == sorted(told)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("failure", [RuntimeError, KeyboardInterrupt])
 def test_a_run_that_is_interrupted_leaves_nothing(failure):
     program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=1.2e6).wanting({"events": sf.Events()}))
@@ -192,6 +196,7 @@ print((peak() - before) / limit)
 """
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.skipif(sys.platform != "linux", reason="ru_maxrss is in kilobytes on Linux")
 @pytest.mark.parametrize("kind", ["series", "closed"])
 def test_a_full_trajectory_takes_little_more_memory_than_itself(kind):
@@ -260,6 +265,7 @@ def test_processes_forked_after_use_and_while_threads_run():
     assert found == [(k, e, "OK") for k, e in enumerate(expected)]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("kind", ["fork", "spawn"])
 def test_executors(kind):
     if kind not in multiprocessing.get_all_start_methods():
