@@ -162,7 +162,7 @@ class Compiled(Program):
         y, p = self._changed(values, initial) if values or initial else self._given
         status, (final, t_final, stats, raw) = self._follow(y, p, progress)
         stats.update(self._extra)
-        if status == Status.OK and any(math.isnan(raw.rows[name]) for name in self._integrals):
+        if self._integrals and status == Status.OK and any(math.isnan(raw.rows[name]) for name in self._integrals):
             status = Status.NOT_FINITE
         return Run(self.scene, values, initial, self.settings, self.tolerance, final, t_final, status, stats, raw)
 
