@@ -8,7 +8,7 @@ FOLDER = Path(__file__).parent
 sys.path[:0] = [str(FOLDER.parent), str(FOLDER.parent / "derivations" / "evidence")]
 
 import symfric  # noqa: E402
-from docs.pages.kept import sources_key  # noqa: E402
+from docs.kept import sources_key  # noqa: E402
 
 project = "symfric"
 author = "the symfric developers"

@@ -9,8 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from docs import founded
-from docs.pages import kept
+from docs import founded, kept
 from symfric.solve.lanes import model as lanes
 from tests.longer import longer
 from tests.test_layers import LINES

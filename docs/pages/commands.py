@@ -4,7 +4,7 @@ from pathlib import Path
 
 import click
 
-from docs.pages.files import put
+from docs.files import put
 from symfric.cli import COMMANDS, main
 
 

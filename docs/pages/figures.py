@@ -6,8 +6,8 @@ from pathlib import Path
 
 import matplotlib
 
-from docs.pages.files import put
-from docs.pages.kept import kept
+from docs.files import put
+from docs.kept import kept
 from symfric.report.study.data import plain
 from symfric.report.study.drawing.axes import png
 from symfric_evidence.sources.gallery import VERDICTS

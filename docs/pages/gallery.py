@@ -9,8 +9,8 @@ from pathlib import Path
 
 import matplotlib
 
-from docs.pages.files import put
-from docs.pages.kept import kept
+from docs.files import put
+from docs.kept import kept
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 _PRINTED = '''"""What the script prints."""

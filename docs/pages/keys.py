@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
-from docs.pages.files import put
+from docs.files import put
 from symfric import fields
 from symfric.design import plan
 from symfric.design.plans import PLANS

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import matplotlib
 
-from docs.pages.kept import kept
+from docs.kept import kept
 from symfric import limit_cycle, scenes
 
 _FRAMES, _SECONDS = 15, 4.0  # frames per second, and duration

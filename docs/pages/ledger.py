@@ -5,7 +5,7 @@ from pathlib import Path
 
 import sympy as sp
 
-from docs.pages.files import put
+from docs.files import put
 from docs.pages.mathml import convertible
 
 LEDGER = Path(__file__).parents[2] / "derivations" / "README.md"

@@ -3,7 +3,7 @@
 import inspect
 from pathlib import Path
 
-from docs.pages.files import put
+from docs.files import put
 from symfric import errors
 from symfric.solve.status import ADVICE, Status, early_end
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from sphinx.pycode import ModuleAnalyzer
 
-from docs.pages.files import put
+from docs.files import put
 from docs.public_names import public_names
 
 GROUPS = {  # the part of a name or of its module: title, and a sentence on it

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
-from docs.pages.files import put
+from docs.files import put
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[1]
 PROGRAM = ("symfric", "derivations/evidence/symfric_evidence")
 DATA = ("examples",)  # that pages read
 _ENDINGS = {".py", ".toml", ".csv", ".npz", ".html", ".css", ".js", ".xz"}
