@@ -45,11 +45,23 @@ INTRINSICS = {ca.OP_SQRT: "sqrt", ca.OP_FABS: "fabs", ca.OP_FMIN: "minnum", ca.O
 
 @dataclass(frozen=True)
 class Written:
-    """A function given as LLVM assembly, with the methods of a CasADi function that the compiler uses."""
+    """A function given as LLVM assembly, with the methods of a CasADi function that the compiler uses.
+
+    Attributes
+    ----------
+    label : str
+        Its name.
+    text : str
+    declared : tuple of str
+        What else it calls.
+    shared : tuple of Shared
+        What of that is compiled once for all that call it.
+    """
 
     label: str
     text: str
-    declared: tuple[str, ...] = ()  # what else it calls
+    declared: tuple[str, ...] = ()
+    shared: tuple["Shared", ...] = ()
 
     def name(self) -> str:
         """Return the name of the function."""
@@ -84,6 +96,24 @@ class Drafted:
     def serialize(self) -> str:
         """Return the key."""
         return self.key
+
+
+@dataclass(frozen=True)
+class Shared:
+    """Functions that the code of many scenes calls; they are compiled once and stay for the life of the process.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the functions, different from all others of the process.
+    key : str
+        Of all that they are written from.
+    write : callable
+    """
+
+    names: tuple[str, ...]
+    key: str
+    write: Callable[[], list[Written]]
 
 
 def assembly(functions: Sequence[ca.Function | Written]) -> str:

@@ -12,13 +12,14 @@ from symfric.codegen.loop_loader import load_loop
 from symfric.long_calls import tell, until_interrupted
 from symfric.model.rows import CROSSINGS, INTEGRAL, RANGE
 from symfric.solve.case_values import NOT_COMPUTED
-from symfric.solve.loop.case_arrays import CaseArrays, Place, make_arrays
+from symfric.solve.loop.case_arrays import COUNTS, CaseArrays, Place, make_arrays
 from symfric.solve.loop.codes import OK
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.observables import Observables
 from symfric.time_limit import check_time
 
 _BLOCK = 512  # most cases that a thread takes at once
+_STEPS = COUNTS.index("steps")
 _INTERVAL = 0.1  # time between two reports of the progress, s
 
 
@@ -63,6 +64,8 @@ def run_cases(
             while loop.launch(table, fresh):
                 fresh = False
                 yield 0
+            if model.draft:
+                model.worked(int(share.arrays.counted[block[0] : block[1], _STEPS].sum()))
             yield block[1] - block[0]
         model.give_back(workspace)
 

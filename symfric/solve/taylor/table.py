@@ -8,13 +8,17 @@ The coefficients of every operation lie in ``aux`` behind the fixed values, thos
 1`` for each, and as many again for the companion that some operations carry along.
 """
 
+import hashlib
+import math
 from collections import deque
 from collections.abc import Iterable, Sequence
+from functools import cache
 
 import casadi as ca
 
 from symfric.codegen.instructions import ENTIRE, Node
-from symfric.codegen.llvm_ir import Written, body
+from symfric.codegen.llvm_ir import Shared, Written, body
+from symfric.codegen.loop_loader import sources_key
 from symfric.solve.taylor.fixed import Fixed
 from symfric.solve.taylor.long_sums import long_sums
 from symfric.solve.taylor.recurrences import Jet, Value, at, coefficient, scaled, times
@@ -28,7 +32,9 @@ _ZERO, _PLUS, _MINUS, _PLUS_TIMES, _MINUS_TIMES = -4, -5, -6, -7, -8  # a sum be
 _Kind = tuple[int, tuple[int, ...], bool, bool]
 _Step = tuple[int, int, int]  # indices of the result and of two arguments
 _SUMMED: _Kind = (-9, (), False, False)  # a long sum
-_RULE = "void (double*, double*, [3 x i32]*, i64)*"
+_RULE = "void (double*, double*, [3 x i32]*, i64, i64)*"
+_ROUNDED = 6  # the rules of a kind are compiled up to a multiple of this order, so that most tolerances share them
+_MOST = 10**6  # degree in time of what is no line in time
 
 
 def _degrees(nodes: Sequence[Node], order: int) -> list[int]:
@@ -133,41 +139,41 @@ class OperationTable:
         self.room = end - begin
 
     def _append(self, kind: _Kind, steps: list[_Step]) -> None:
+        op, degrees, *flags = kind
+        kind = (op, tuple(_MOST if d == self._stride - 1 else d for d in degrees), *flags)
         self._runs.append((self._kinds.setdefault(kind, len(self._kinds)), steps))
 
     def function(self, name: str, last: int) -> Written:
         """Return the function ``([y; t], aux) -> coefficients`` of all rows up to order `last`, row by row."""
-        rules = [[f"{name}_{n}_{k}" for n in range(len(self._kinds))] for k in range(last + 1)]
-        text = [
-            _loop(label, _rule(label, kind, k), self._stride, k)
-            for k, labels in enumerate(rules)
-            for label, kind in zip(labels, self._kinds, strict=True)
-        ]
-        a, coefficients = ca.SX.sym("a"), ca.SX.sym("a", last + 1)
-        text.append(_loop(f"{name}_start", ca.Function("start", [a, ca.SX.sym("b")], [a])))
-        text.append(_loop(f"{name}_end", ca.Function("end", [coefficients, ca.SX.sym("b")], [coefficients])))
+        most = _ROUNDED * math.ceil((self._stride - 1) / _ROUNDED)
+        shared = [_rules_of(kind, most) for kind in self._kinds]
+        start, end = _copying(0), _copying(last)
+        text: list[str] = []
         runs: list[tuple[int, int, int]] = []  # index of a kind, first step, number of steps
         steps: list[_Step] = []
         for kind, run in self._runs:
             runs.append((kind, len(steps), len(run)))
             steps += run
         kinds = f"[{len(self._kinds)} x {_RULE}]"
-        called = (f"{kinds} [{', '.join(f'{_RULE} @{label}' for label in labels)}]" for labels in rules)
+        called = (f"{kinds} [{', '.join(f'{_RULE} @{rules.names[k]}' for rules in shared)}]" for k in range(last + 1))
         text.append(_constant(f"{name}_rules", kinds, called))
         text.append(_triples(f"{name}_runs", "i64", runs))
         text.append(_triples(f"{name}_steps", "i32", steps))
         text.append(_triples(f"{name}_given", "i32", [(e, i, i) for i, e in enumerate(self._given)]))
         text.append(_triples(f"{name}_rows", "i32", [(i * (last + 1), e, e) for i, e in enumerate(self._rows)]))
         counts = {"given": len(self._given), "rows": len(self._rows), "runs": len(runs), "steps": len(steps)}
-        text.append(_MAIN.format(name=name, rule=_RULE, kinds=kinds, orders=last + 1, **counts))
-        return Written(name, "\n".join(text))
+        ends = {"start": start.names[0], "end": end.names[0], "stride": self._stride}
+        text.append(_MAIN.format(name=name, rule=_RULE, kinds=kinds, orders=last + 1, **ends, **counts))
+        used = [*(name for rules in shared for name in rules.names[: last + 1]), *start.names, *end.names]
+        declared = tuple(f"declare {_RULE[: _RULE.index('(')]}@{name}{_RULE[_RULE.index('(') : -1]}" for name in used)
+        return Written(name, "\n".join(text), declared, (*shared, start, end))
 
 
 # (y, aux, c): copy the start to aux; for every order apply the rule of every run; copy the rows from aux to c
 _MAIN = """define void @{name}(double* %y, double* %aux, double* %c) nounwind {{
 entry:
   %given = getelementptr [{given} x [3 x i32]], [{given} x [3 x i32]]* @{name}_given, i64 0, i64 0
-  call void @{name}_start(double* %y, double* %aux, [3 x i32]* %given, i64 {given})
+  call void @{start}(double* %y, double* %aux, [3 x i32]* %given, i64 {given}, i64 0)
   br label %order
 order:
   %k = phi i64 [0, %entry], [%next_order, %ordered]
@@ -183,7 +189,7 @@ run:
   %rule_at = getelementptr [{orders} x {kinds}], [{orders} x {kinds}]* @{name}_rules, i64 0, i64 %k, i64 %kind
   %rule = load {rule}, {rule}* %rule_at
   %steps = getelementptr [{steps} x [3 x i32]], [{steps} x [3 x i32]]* @{name}_steps, i64 0, i64 %first
-  call void %rule(double* %aux, double* %aux, [3 x i32]* %steps, i64 %count)
+  call void %rule(double* %aux, double* %aux, [3 x i32]* %steps, i64 %count, i64 {stride})
   %next_run = add i64 %i, 1
   %more_runs = icmp ult i64 %next_run, {runs}
   br i1 %more_runs, label %run, label %ordered
@@ -193,12 +199,12 @@ ordered:
   br i1 %more_orders, label %order, label %done
 done:
   %rows = getelementptr [{rows} x [3 x i32]], [{rows} x [3 x i32]]* @{name}_rows, i64 0, i64 0
-  call void @{name}_end(double* %aux, double* %c, [3 x i32]* %rows, i64 {rows})
+  call void @{end}(double* %aux, double* %c, [3 x i32]* %rows, i64 {rows}, i64 0)
   ret void
 }}"""
 
 # apply a function of (a, b, result, companion) to every step; arguments and results are in separate arrays
-_LOOP = """define internal void @{name}(double* %from, double* %to, [3 x i32]* %steps, i64 %count) nounwind {{
+_LOOP = """define void @{name}(double* %from, double* %to, [3 x i32]* %steps, i64 %count, i64 %stride) nounwind {{
 entry:
   br label %loop
 loop:
@@ -212,7 +218,7 @@ loop:
   %i0 = getelementptr double, double* %from, i32 %first
   %i1 = getelementptr double, double* %from, i32 %second
   %i2 = getelementptr double, double* %to, i32 %result
-  %i3 = getelementptr double, double* %i2, i64 {stride}
+  %i3 = getelementptr double, double* %i2, i64 %stride
   %o0 = getelementptr double, double* %i2, i64 {k}
   %o1 = getelementptr double, double* %i3, i64 {k}
 {body}
@@ -224,9 +230,31 @@ done:
 }}"""
 
 
-def _loop(name: str, rule: ca.Function, stride: int = 0, k: int = 0) -> str:
+@cache
+def _rules_of(kind: _Kind, most: int) -> Shared:
+    """Return the rules of a kind for the orders up to `most`."""
+    label = hashlib.sha256(f"{_written_by()} {kind} {most}".encode()).hexdigest()[:24]
+    names = tuple(f"symfric_{label}_{k}" for k in range(most + 1))
+    return Shared(names, label, lambda: [_loop(name, _rule(name, kind, k), k) for k, name in enumerate(names)])
+
+
+@cache
+def _copying(last: int) -> Shared:
+    """Return the function that copies coefficients up to order `last`."""
+    label = hashlib.sha256(f"{_written_by()} copy {last}".encode()).hexdigest()[:24]
+    name, a = f"symfric_{label}", ca.SX.sym("a", last + 1)
+    return Shared((name,), label, lambda: [_loop(name, ca.Function("copy", [a, ca.SX.sym("b")], [a]))])
+
+
+@cache
+def _written_by() -> str:
+    """Return a key of what writes the rules."""
+    return f"{ca.__version__} {sources_key(__name__)}"
+
+
+def _loop(name: str, rule: ca.Function, k: int = 0) -> Written:
     """Return the function that applies a rule to a part of the table."""
-    return _LOOP.format(name=name, stride=stride, k=k, body="\n".join(body(rule)))
+    return Written(name, _LOOP.format(name=name, k=k, body="\n".join(body(rule))))
 
 
 def _constant(name: str, kind: str, entries: Iterable[str]) -> str:
