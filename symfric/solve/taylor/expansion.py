@@ -5,6 +5,8 @@ coefficient k + 1 of the state. What depends on parameters and mode alone is spl
 per mode.
 """
 
+from functools import lru_cache
+
 import casadi as ca
 
 from symfric.codegen.instructions import BRANCHING, Node, read
@@ -19,6 +21,7 @@ from symfric.solve.taylor.table import LONG, OperationTable, length
 # moving operations for which two orders, or one, are. In larger systems this costs more than it saves: by measurement
 # the second order makes a cubic law 10 % faster and LuGre's 10 % slower.
 _STATES, _TWO, _ONE = 4, 20, 100
+_KEPT = 8  # series of the last scenes, which those of the same equations with other numbers share
 _GATHERED = 6_000  # instructions of a field whose sums are gathered; in longer ones most are rows of numbers already
 
 
@@ -50,10 +53,17 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
     SceneError
         If an operation has no recurrence; named.
     """
+    return _expanded(field.serialize(), order, suffix, LONG)
+
+
+@lru_cache(maxsize=_KEPT)
+def _expanded(text: str, order: int, suffix: str, longest: int) -> Series:
+    """Return the series of a field given as text, in which equal fields are the same."""
+    field = ca.Function.deserialize(text)
     nodes, outputs = read(gathered(field) if field.n_instructions() <= _GATHERED else field)
     n_x, p, m = field.nnz_in(0), ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
     fixed, state = Fixed(nodes, p, m), ca.SX.sym("y", n_x + 1)
-    rows = [] if length(nodes, order) > LONG else _written_out(nodes, outputs, fixed, state, order)
+    rows = [] if length(nodes, order) > longest else _written_out(nodes, outputs, fixed, state, order)
     targets = [*outputs[0], *outputs[1], *outputs[2]]
     hidden = hiding(nodes, order)
     exposed = tuple(r for r, node in enumerate(targets) if hidden[node])
