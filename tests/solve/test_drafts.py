@@ -102,7 +102,7 @@ def test_a_later_scene_takes_the_faster_code(monkeypatch, drafting, tmp_path):
 
 
 def test_few_instructions_are_compiled_for_speed(monkeypatch):
-    monkeypatch.setattr(functions, "_MANY", 5000)
+    monkeypatch.setattr(functions, "_MANY", 3000)
     assert sf.prepare(striking(), 1e-10, route="taylor")._model.draft is None
 
 
