@@ -69,3 +69,54 @@ def test_the_test_would_see_an_import_that_is_not_declared(tmp_path):
     (tmp_path / "a.py").write_text("def f():\n    import pandas.core\n    from bokeh import models\n    import numpy\n")
     assert undeclared(tmp_path / "a.py", "solve/a.py") == {"pandas", "bokeh"}
     assert undeclared(tmp_path / "a.py", "report/explorer/a.py") == {"pandas"}
+
+
+def loaded(path):
+    """Yield the modules that a file loads when it is imported, with what is taken from them: not those in functions."""
+    waiting = list(ast.parse(path.read_text(encoding="utf-8")).body)
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.Import):
+            yield from ((a.name, ()) for a in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            yield node.module, tuple(a.name for a in node.names)
+        elif not isinstance(node, ast.FunctionDef):
+            waiting += ast.iter_child_nodes(node)
+
+
+def missing_for_tests(paths, folder):
+    """Return what files, and the modules of `folder` that they load, need of the extras `docs` and `dev` alone."""
+    needed, extras = declared()
+    others = (extras["docs"] | extras["dev"]) - needed - extras["test"]
+    found, seen, waiting = {}, set(), list(paths)
+    while waiting:
+        path = waiting.pop()
+        if path in seen:
+            continue
+        seen.add(path)
+        for module, names in loaded(path):
+            parts = module.split(".")
+            if parts[0] == folder.name:
+                places = [folder.joinpath(*parts[1:k]) for k in range(1, len(parts) + 1)]
+                places += [places[-1] / name for name in names]
+                waiting += [
+                    p for place in places for p in (place / "__init__.py", place.with_suffix(".py")) if p.is_file()
+                ]
+            elif parts[0].lower() in others:
+                found.setdefault(path.name, set()).add(parts[0])
+    return found
+
+
+def test_tests_load_without_the_documentation_and_the_tools():
+    """The README's command for tests installs neither."""
+    tests = Path(__file__).parent
+    assert missing_for_tests(sorted(tests.rglob("*.py")), tests.parent / "docs") == {}
+
+
+def test_it_is_seen_where_a_page_needs_more(tmp_path):
+    (tmp_path / "docs" / "pages").mkdir(parents=True)
+    (tmp_path / "docs" / "pages" / "__init__.py").write_text("import sphinx\n")
+    (tmp_path / "docs" / "pages" / "kept.py").write_text("def f():\n    import furo\n")
+    (tmp_path / "docs" / "plain.py").write_text("import numpy\n")
+    (tmp_path / "test_a.py").write_text("from docs.pages import kept\nfrom docs import plain\n")
+    assert missing_for_tests([tmp_path / "test_a.py"], tmp_path / "docs") == {"__init__.py": {"sphinx"}}
