@@ -1,6 +1,7 @@
 """Taylor series of the motion, as functions that the event loop calls."""
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import casadi as ca
 
@@ -48,6 +49,7 @@ class Series:
     room: int = 0
 
 
+@lru_cache(maxsize=64)
 def reach(n_x: int, n_g: int, order: int) -> ca.Function:
     """Return ``([h; far], coefficients) -> (gain, size)``: change of states over h, and of guards over `far`.
 
