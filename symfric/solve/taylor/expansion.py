@@ -36,6 +36,16 @@ def is_long(field: ca.Function, order: int) -> bool:
     return length(read(field)[0], order) > LONG
 
 
+def shared_series(field: ca.Function, order: int, suffix: str = "") -> Series:
+    """Return what `expand` does, made once for scenes of the same equations with other numbers."""
+    return _shared_series(field.serialize(), order, suffix, LONG)
+
+
+@lru_cache(maxsize=_KEPT)
+def _shared_series(text: str, order: int, suffix: str, _longest: int) -> Series:
+    return expand(ca.Function.deserialize(text), order, suffix)
+
+
 def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
     """Return the Taylor series of ``y' = rate`` and of every guard and observable along it.
 
@@ -53,17 +63,10 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
     SceneError
         If an operation has no recurrence; named.
     """
-    return _expanded(field.serialize(), order, suffix, LONG)
-
-
-@lru_cache(maxsize=_KEPT)
-def _expanded(text: str, order: int, suffix: str, longest: int) -> Series:
-    """Return the series of a field given as text, in which equal fields are the same."""
-    field = ca.Function.deserialize(text)
     nodes, outputs = read(gathered(field) if field.n_instructions() <= _GATHERED else field)
     n_x, p, m = field.nnz_in(0), ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
     fixed, state = Fixed(nodes, p, m), ca.SX.sym("y", n_x + 1)
-    rows = [] if length(nodes, order) > longest else _written_out(nodes, outputs, fixed, state, order)
+    rows = [] if length(nodes, order) > LONG else _written_out(nodes, outputs, fixed, state, order)
     targets = [*outputs[0], *outputs[1], *outputs[2]]
     hidden = hiding(nodes, order)
     exposed = tuple(r for r, node in enumerate(targets) if hidden[node])
