@@ -116,3 +116,27 @@ def test_a_slip_between_two_bodies_turns_while_one_of_them_sticks():
         assert run.final == pytest.approx(np.kron(np.eye(2), np.array(apart, float)) @ right.final, abs=1e-5)
         turns += sum(e.kind == "reverse" and e.contact == "pad" for e in run.events)
     assert turns > 10
+
+
+SPEED = sf.SPEED
+SMOOTH = {
+    "tanh": sp.tanh(4 * SPEED) / 5,
+    "arctangent": sp.Rational(2, 5) / sp.pi * sp.atan(9 * SPEED),
+    "exponential": (1 - sp.exp(-5 * SPEED)) / 5,
+    "line and stop": sp.Min(SPEED, sp.Rational(1, 5)),
+}
+
+
+@pytest.mark.one_in(4)
+@pytest.mark.parametrize("slip", [u, 2 * u, u - w, u + w / 2])
+@pytest.mark.parametrize("kind", SMOOTH)
+def test_a_slip_without_stick_that_others_hold_at_zero_does_not_begin(kind, slip):
+    """It was within its rounding at every step: these were as short as at a singular start, and the run gave up."""
+    pads = [sf.Contact("pad", u, 0.8, sf.laws.coulomb(0.5, 0.4)), sf.Contact("rail", w, 0.4, sf.laws.coulomb(0.5))]
+    oil = sf.Contact("oil", slip, 1, sf.laws.Law(kinetic=SMOOTH[kind], stick=sp.Integer(0)))
+    force = [0.7 * sp.sin(1.3 * sf.TIME) - x - (x - y) / 2, sp.cos(2.1 * sf.TIME) / 2 - (y - x) / 2 - y]
+    start = {x: 0.9, y: -0.4, u: 0.3, w: -0.2}
+    made = sf.Scene(sf.System([x, y], [u, w], sp.eye(2), force), [*pads, oil], {}, start, 12.0)
+    series, other = (sf.simulate(made, 1e-10, route).checked() for route in ("taylor", "integrators"))
+    assert any(e.after == 0 for e in series.events)
+    assert series.final == pytest.approx(other.final, abs=1e-8)

@@ -136,7 +136,8 @@ class Basis(ArraySet):
 
     share: Matrix  # Cholesky factor of the coupling of the sticking contacts, (n_c, n_c)
     order: Integers  # order of the contacts in this factorisation, (n_c,)
-    weight: Reals  # coefficients of a slip row in the basis, (n_c,)
+    weight: Reals  # coefficients of a slip row in the basis, and their errors in units of rounding, (n_c,)
+    error: Reals
     slips: Reals  # directions of contacts that slip together, (n_c,)
     slopes: Matrix  # orthogonalised slip rows of the sticking contacts, (n_c, n_q)
     response: Matrix  # response of the velocities to these, (n_c, n_q)

@@ -222,6 +222,7 @@ def make_arrays(
             share=(n_c, n_c),
             order=n_c,
             weight=n_c,
+            error=n_c,
             slips=n_c,
             slopes=(n_c, n_q),
             response=(n_c, n_q),

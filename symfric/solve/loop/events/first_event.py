@@ -13,6 +13,8 @@ from symfric.solve.loop.stepping.series import PROBED
 from symfric.solve.loop.stepping.step_acceptance import reach
 from symfric.solve.loop.workspace import LoopArrays
 
+_WITHIN = 16.0  # slip of a contact that others hold, in roundings of its size, up to which it is zero
+
 
 @compiled(fused=True)
 def first_event(w: LoopArrays, n_x: int, n_c: int, h: float, far: float) -> float:
@@ -31,9 +33,10 @@ def first_event(w: LoopArrays, n_x: int, n_c: int, h: float, far: float) -> floa
             begin += TOUCH * w.clock.tolerance * max(w.scale[r], total)  # may have been zero so far
         if w.guards.fresh[g] == 0 and begin > total:
             continue
-        size = w.scale[r]
-        if is_along_line(w, g) and w.guards.carries[contact_of(g)] == 0:  # held by other contacts, up to rounding
+        size, given = w.scale[r], False
+        if is_along_line(w, g) and w.guards.carries[contact_of(g)] == 0:
             i = contact_of(g)
+            given = w.m[i] > 0.5 and w.contacts.partner[i] < 0
             if w.m[i] > 0.5:
                 size = 8.0 * max(size, w.gauge[TERMS, i] + w.gauge[FORCES, i] * far)
             elif w.guards.fresh[g] and is_slip(g):
@@ -45,7 +48,10 @@ def first_event(w: LoopArrays, n_x: int, n_c: int, h: float, far: float) -> floa
         if is_still(begin, total, size):
             continue
         near = min(far, max(tau * (1.0 + 8.0 * EPS), NEAREST * far))  # later crossings are not needed
-        t = _crossing(w, r, g, begin, total, near)
+        if given:  # held by other contacts up to rounding: it slips when that is exceeded
+            t = _passing(w, r, 0, near, begin + _WITHIN * EPS * size, total)
+        else:
+            t = _crossing(w, r, g, begin, total, near)
         if t < tau:
             tau, which = t, g
         elif which >= 0 and t <= tau * (1.0 + 4.0 * EPS):  # reached together, up to the rounding of time
@@ -66,10 +72,12 @@ def _crossing(w: LoopArrays, r: int, g: int, begin: float, total: float, h: floa
     order = w.c.shape[1] - 1
     first = 0
     if w.guards.fresh[g]:
-        first = w.guards.fresh[g]
+        first, little = w.guards.fresh[g], 0.0
         slips = is_along_line(w, g) and is_slip(g)
+        if slips:
+            little = no_acceleration(w, contact_of(g), 2.0 * w.c[r, 2])
         if slips and first == 1:  # at a release the slip acceleration is zero up to rounding, for any step length
-            first = 2 if abs(w.c[r, 1]) <= no_acceleration(w, contact_of(g), 2.0 * w.c[r, 2]) else 1
+            first = 2 if abs(w.c[r, 1]) <= little else 1
         elif is_switch(w, g):  # as in mode selection, for any step length
             first = decisive(w, w.c, r, g - switch(0, w.contacts.sticks.size), w.contacts.sticks.size, natural_time(w))
         if total == 0.0:
@@ -81,9 +89,18 @@ def _crossing(w: LoopArrays, r: int, g: int, begin: float, total: float, h: floa
             power *= h
         begin = w.c[r, first]
         total /= power
-        if begin < 0.0:
-            return 0.0
-    elif begin < 0.0 or (begin <= 2.0 * EPS * w.scale[r] and w.c[r, 1] < 0.0):  # falls, and is zero up to rounding
+        if begin < 0.0 and slips and first > 1:  # the mode was selected by an acceleration of zero, up to its rounding
+            first, begin, total = 1, max(w.c[r, 1], 0.0) + little, total * power / h
+    elif begin <= 2.0 * EPS * w.scale[r] and w.c[r, 1] < 0.0:  # falls, and is zero up to rounding
+        return 0.0
+    return _passing(w, r, first, h, begin, total)
+
+
+@compiled(fused=True)
+def _passing(w: LoopArrays, r: int, first: int, h: float, begin: float, total: float) -> float:
+    """Return when guard row r without its coefficients before `first`, and with this first value, becomes negative."""
+    order = w.c.shape[1] - 1
+    if begin < 0.0:
         return 0.0
     if first == order:
         return 2.0 * h

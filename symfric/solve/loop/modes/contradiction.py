@@ -23,15 +23,22 @@ def contradiction(w: LoopArrays, n_x: int, i: int, horizon: float) -> tuple[floa
     force falls below its bound again, else slip.
     """
     size, where = contradicts(w, n_x, i, horizon)
-    tie, turns = TIE, 3
-    if size > 0.0 and (w.m[i] == HOLDS or w.m[i] == SHARES):
-        turns = 4
-        row = n_x + (forward(i) if where > 0 else backward(i))
-        if w.probe[row, 1] > 0.0:  # falls below its bound again: no slip would last
-            tie, turns = max(TIE, 16.0 * doubt_of(w, i) / stick_scale(w, n_x + backward(i))), 2
-    if size <= tie and w.selection.turns[i] >= turns:
-        return 0.0, 0  # a tie up to rounding: both modes are admissible
+    if size > 0.0:
+        tie, turns = tie_of(w, n_x, i, where)
+        if size <= tie and w.selection.turns[i] >= turns:
+            return 0.0, 0  # both modes are admissible
     return size, where
+
+
+@compiled
+def tie_of(w: LoopArrays, n_x: int, i: int, where: int) -> tuple[float, int]:
+    """Return the largest contradiction of contact i that is rounding, and how many of these tell that it is a tie."""
+    if w.m[i] != HOLDS and w.m[i] != SHARES:
+        return TIE, 3
+    row = n_x + (forward(i) if where > 0 else backward(i))
+    if w.probe[row, 1] > 0.0:  # falls below its bound again: no slip would last
+        return max(TIE, 16.0 * doubt_of(w, i) / stick_scale(w, n_x + backward(i))), 2
+    return TIE, 4
 
 
 @compiled(inline=True)
@@ -134,8 +141,11 @@ def _backing(w: LoopArrays, row: int, i: int, horizon: float) -> float:
 
 
 @compiled(inline=True)
-def worst_contact(w: LoopArrays, n_x: int, n_c: int, horizon: float, least: bool) -> tuple[int, int]:
-    """Return the contact whose mode contradicts its forces most, or the first one, and its side; -1 if none."""
+def worst_contact(w: LoopArrays, n_x: int, n_c: int, horizon: float, least: bool) -> tuple[int, int, float]:
+    """Return the contact whose mode contradicts its forces most, or the first one; its side, and by how much.
+
+    The contact is -1 if there is none.
+    """
     worst, measure, side = -1, 0.0, 0
     for i in range(n_c):
         size, where = contradiction(w, n_x, i, horizon)
@@ -143,4 +153,4 @@ def worst_contact(w: LoopArrays, n_x: int, n_c: int, horizon: float, least: bool
             worst, measure, side = i, size, where
             if least:
                 break
-    return worst, side
+    return worst, side, measure

@@ -133,7 +133,7 @@ def _holds(w: LoopArrays, n_x: int, n_c: int, horizon: float) -> bool:
         prelude(w)
         probe(w)
         least = turn > 2 * n_c
-        worst, side = worst_contact(w, n_x, n_c, horizon, least)
+        worst, side, _ = worst_contact(w, n_x, n_c, horizon, least)
         if worst < 0:
             return True
         carries = w.contacts.depends[worst] and (w.m[worst] == HOLDS or w.m[worst] == SHARES)

@@ -17,7 +17,7 @@ from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
 from symfric.solve.loop.codes import DROP, LOAD, LOST_CONTACT, NOT_FINITE, OK, UNDECIDED
 from symfric.solve.loop.events.time_steps import just_after, missed, soon, step_over
-from symfric.solve.loop.modes.contradiction import at_bound, stick_scale, tied, worst_contact
+from symfric.solve.loop.modes.contradiction import at_bound, stick_scale, tie_of, tied, worst_contact
 from symfric.solve.loop.modes.exceeded_facets import release_worst
 from symfric.solve.loop.modes.holding import hold_more
 from symfric.solve.loop.modes.layout import backward, direction, forward, sign, switch
@@ -130,10 +130,11 @@ def _leave_bounds(w: LoopArrays, n_c: int) -> None:
 @compiled(inline=True)
 def _change_contact(w: LoopArrays, n_x: int, n_c: int, horizon: float, least: bool) -> bool:
     """Change the mode of the contact that contradicts its forces most; return whether there was one."""
-    worst, side = worst_contact(w, n_x, n_c, horizon, least)
+    worst, side, size = worst_contact(w, n_x, n_c, horizon, least)
     if worst < 0:
         return False
-    w.selection.turns[worst] += 1
+    if size <= tie_of(w, n_x, worst, side)[0]:  # others may have been worse before, and have changed it in passing
+        w.selection.turns[worst] += 1
     if w.contacts.depends[worst] and (w.m[worst] == HOLDS or w.m[worst] == SHARES):
         if not exchange(w, n_c, worst, side, least):
             release_worst(w, n_x, n_c)

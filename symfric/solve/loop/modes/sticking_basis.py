@@ -24,7 +24,7 @@ from symfric.solve.loop.modes.layout import direction
 from symfric.solve.loop.workspace import LoopArrays
 
 CLOSE = 1e-4  # pivot of the coupling relative to its diagonal below which rounding makes it inaccurate
-_FAINT = 16 * DISTINCT  # coefficient c_kj relative to its terms below which it is zero up to rounding
+_FAINT = 16 * DISTINCT  # coefficient c_kj relative to its terms, and their errors, below which it may be rounding
 
 
 @compiled
@@ -84,28 +84,45 @@ def _order(w: LoopArrays, n_c: int) -> int:
 @compiled
 def _share_closely(w: LoopArrays, n: int) -> None:
     """Mark the contacts if a slip nearly depends on earlier ones; see `symfric.lower.constraint_forces`."""
-    n_q = w.limits.n_q
-    spread = COUPLING + w.basis.order.size
-    for a in range(n):
+    n_q, waits = w.limits.n_q, n
+    a = 0
+    while a < n:
         i = w.basis.order[a]
-        for r in range(n_q):
-            w.basis.slopes[i, r], w.basis.response[i, r] = w.gauge[spread + n_q + r, i], w.gauge[spread + r, i]
-        for b in range(a):
-            w.basis.share[i, w.basis.order[b]] = 0.0
-        for _ in range(2):
-            for b in range(a):
-                if w.m[w.basis.order[b]] == HOLDS:
-                    _part(w, i, w.basis.order[b], n_q)
-        w.basis.share[i, i] = _product(w, i, i, n_q)
+        _orthogonalise(w, a, n_q)
+        if w.m[i] == FOLLOWS and waits > 0 and w.basis.share[i, i] <= CLOSE * w.gauge[COUPLING + i, i]:
+            last = a
+            while last + 1 < n and w.m[w.basis.order[last + 1]] == FOLLOWS:
+                w.basis.order[last] = w.basis.order[last + 1]
+                last += 1
+            w.basis.order[last] = i  # those that are clearly independent come first
+            waits -= 1
+            if last > a:
+                continue
+        a += 1
         if w.basis.share[i, i] > REDUNDANT * w.gauge[COUPLING + i, i]:
             w.m[i] = HOLDS
             continue
         if w.m[i] != AT_BOUND:
             w.m[i] = FOLLOWS
-        for b in range(a):
+        for b in range(a - 1):
             j = w.basis.order[b]
             if w.contacts.parallel[j] == w.contacts.parallel[i] and w.m[j] == HOLDS:
                 w.m[i] = SHARES
+
+
+@compiled(inline=True)
+def _orthogonalise(w: LoopArrays, a: int, n_q: int) -> None:
+    """Subtract from the row at place a of the order its components along those of the basis before it."""
+    i, spread = w.basis.order[a], COUPLING + w.basis.order.size
+    for r in range(n_q):
+        w.basis.slopes[i, r], w.basis.response[i, r] = w.gauge[spread + n_q + r, i], w.gauge[spread + r, i]
+    for b in range(a):
+        w.basis.share[i, w.basis.order[b]] = 0.0
+    for _ in range(2):
+        for b in range(a):
+            if w.m[w.basis.order[b]] == HOLDS:
+                _part(w, i, w.basis.order[b], n_q)
+    w.basis.share[i, i] = _product(w, i, i, n_q)
 
 
 @compiled(inline=True)
@@ -128,8 +145,18 @@ def _part(w: LoopArrays, i: int, j: int, n_q: int) -> None:
 
 @compiled
 def coefficient(w: LoopArrays, n_c: int, k: int, lead: int) -> float:
-    """Return ``c_kj`` of contact k, whose force is given, for the basis contact j = `lead`."""
-    found, size, n = 0.0, 0.0, 0
+    """Return ``c_kj`` of contact k, whose force is given, for the basis contact j = `lead`; zero if it may be rounding.
+
+    The weights of all of the basis are left in ``w.basis.weight``. Where rows nearly agree, the errors of the weights
+    of later ones count for those of earlier ones; parallel contacts have no such errors.
+    """
+    for j in range(n_c):
+        if w.m[j] == HOLDS and w.contacts.parallel[j] == w.contacts.parallel[k]:
+            for i in range(n_c):
+                w.basis.weight[i] = 0.0
+            w.basis.weight[j] = w.gauge[COUPLING + k, j] / w.gauge[COUPLING + j, j]
+            return w.basis.weight[j] if j == lead else 0.0
+    found, n = 0.0, 0
     while n < n_c and w.basis.order[n] != k:
         n += 1
     for a in range(n - 1, -1, -1):
@@ -137,15 +164,16 @@ def coefficient(w: LoopArrays, n_c: int, k: int, lead: int) -> float:
         if w.m[j] != HOLDS:
             continue
         found = w.basis.share[k, j]
-        size = (w.gauge[COUPLING + k, k] * w.gauge[COUPLING + j, j]) ** 0.5 / w.basis.share[j, j]
+        error = (w.gauge[COUPLING + k, k] * w.gauge[COUPLING + j, j]) ** 0.5 / w.basis.share[j, j]
         for b in range(a + 1, n):
-            if w.m[w.basis.order[b]] == HOLDS:
-                term = w.basis.weight[w.basis.order[b]] * w.basis.share[w.basis.order[b], j]
+            i = w.basis.order[b]
+            if w.m[i] == HOLDS:
+                term = w.basis.weight[i] * w.basis.share[i, j]
                 found -= term
-                size += abs(term)
-        w.basis.weight[j] = found
+                error += abs(term) + w.basis.error[i] * abs(w.basis.share[i, j])
+        w.basis.weight[j], w.basis.error[j] = found, error
         if j == lead:
-            return found if abs(found) > _FAINT * size else 0.0
+            return found if abs(found) > _FAINT * error else 0.0
     return 0.0
 
 

@@ -6,13 +6,14 @@ from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import FOLLOWS, HOLDS
 from symfric.solve.loop.codes import COUPLING, SLIP, TERMS
 from symfric.solve.loop.events.impacts import widen_slips
-from symfric.solve.loop.modes.layout import backward, direction, mode
+from symfric.solve.loop.modes.layout import backward, direction, forward, mode
 from symfric.solve.loop.modes.sticking_basis import share
 from symfric.solve.loop.precision import ROUNDING, TOUCH
 from symfric.solve.loop.stepping.calls import measure
 from symfric.solve.loop.workspace import LoopArrays
 
 NEAR = 1e-10  # speed, relative to its largest terms, below which a contact in the plane that comes to rest is at rest
+_COUNTS = 8.0  # ratio of the largest slope of a slip to that of a velocity that may be changed
 AMPLIFIED = 1e3  # change of velocities, relative to that for a single slip, by nearly parallel slips made zero
 
 
@@ -31,6 +32,9 @@ def try_sticking(w: LoopArrays, n_x: int, n_c: int) -> None:
     for i in range(n_c):
         w.selection.old[i] = mode(w, i)
         w.selection.zero[i] = w.selection.old[i] == 0 or w.guards.hit[backward(i)] != 0
+        given = w.m[i] > 0.5 and w.guards.carries[i] == 0 and w.contacts.partner[i] < 0
+        if given and (w.guards.hit[backward(i)] or w.guards.hit[forward(i)]):
+            w.selection.zero[i] = 0  # others held it up to rounding, which its slip exceeds now
         if w.counts.jumped and w.selection.zero[i]:  # it was, and may have jumped
             size = max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
             w.selection.zero[i] = abs(w.gauge[SLIP, i]) <= TOUCH * w.clock.tolerance * size
@@ -70,20 +74,27 @@ def _make_exact(w: LoopArrays, i: int, n_c: int) -> None:
     Under a law with an infinite slope at rest it would be a speed of its own: rates far larger than any force, or, on
     the other side of zero, none at all, and neither contradicts a mode.
     """
-    place, slope, largest = -1, 0.0, 0.0
-    for r in range(w.limits.n_q):
-        size = abs(w.gauge[COUPLING + n_c + w.limits.n_q + r, i])
+    n_q, largest, free = w.limits.n_q, 0.0, 0.0
+    for k in range(n_q, 2 * n_q):
+        size = abs(w.gauge[COUPLING + n_c + k, i])
         largest = max(largest, size)
-        if size > slope and not _is_anchor(w, w.limits.n_q + r, n_c):
-            place, slope = r, size
-    if place < 0 or slope * AMPLIFIED < largest:
+        if not _is_anchor(w, k, n_c):
+            free = max(free, size)
+    if free == 0.0 or free * AMPLIFIED < largest:
         return
-    slope = w.gauge[COUPLING + n_c + w.limits.n_q + place, i]
+    place, finest = -1, np.inf
+    for k in range(n_q, 2 * n_q):  # of those that count, the one by which the slip changes in the smallest steps
+        size = abs(w.gauge[COUPLING + n_c + k, i])
+        if size * _COUNTS >= free and size * abs(w.y[k]) < finest and not _is_anchor(w, k, n_c):
+            place, finest = k, size * abs(w.y[k])
+    if place < 0:
+        return
+    slope = w.gauge[COUPLING + n_c + place, i]
     for _ in range(3):
         slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
         if slip == 0.0 or abs(slip) > ROUNDING * size:
             return
-        w.y[w.limits.n_q + place] -= slip / slope
+        w.y[place] -= slip / slope
         measure(w, w.y, w.gauge)
 
 

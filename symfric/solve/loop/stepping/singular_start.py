@@ -13,7 +13,7 @@ import numpy as np
 from symfric.codegen.numba_types import compiled
 from symfric.solve.loop.codes import EXPAND, NOT_FINITE, OK, PULL, SETTLE, SLIP, TERMS
 from symfric.solve.loop.modes.layout import backward, way
-from symfric.solve.loop.modes.tolerances import natural_time
+from symfric.solve.loop.modes.tolerances import natural_time, no_acceleration
 from symfric.solve.loop.precision import ROUNDING, TIE
 from symfric.solve.loop.recording.trajectory import store_step
 from symfric.solve.loop.stepping.calls import expand, measure
@@ -30,8 +30,9 @@ def within_rounding(w: LoopArrays, n_x: int, n_c: int, h: float) -> bool:
     """Whether a step leaves a slip that begins within its rounding error, whose chance decides on the series there."""
     within = 0
     for i in range(n_c):
-        row = n_x + backward(i)
-        if w.m[i] < 0.5 and w.guards.fresh[backward(i)] and w.contacts.partner[i] < 0:
+        row, little = n_x + backward(i), no_acceleration(w, i, 0.0)
+        moves = abs(w.c[row, 1]) > little or abs(w.c[row, 2]) * natural_time(w) > little  # else others hold it at zero
+        if w.m[i] < 0.5 and w.guards.fresh[backward(i)] and w.contacts.partner[i] < 0 and moves:
             reach = abs(w.c[row, 0]) + h * (abs(w.c[row, 1]) + h * abs(w.c[row, 2]))
             within += reach <= ROUNDING * w.gauge[TERMS, i]
     return within > 0
