@@ -277,6 +277,9 @@ def bound_of_unseen(expression, at, radius, mode):
         lambda y, t, m: (y + m * t**12) ** 3,
         lambda y, t, m: y * t * (1 + y + m * y**12) ** 8,
         lambda y, t, m: y**3 * ((1 + t) ** 12 - m * y**12),
+        lambda y, t, m: (
+            y * (1 + t) * (2 + y) * (3 + t) * (4 + y) * (5 + t) * (6 + y) * (7 + t) * (8 + y) * (9 + t) + m * y**12
+        ),
     ],
 )
 def test_powers_that_a_mode_switches_off_hide_nothing(expression):

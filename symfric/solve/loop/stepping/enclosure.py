@@ -40,7 +40,7 @@ def degrees(nodes: list[Node]) -> list[int]:
 
 
 def _degree(node: Node, values: Range, degree: dict[int, ca.SX]) -> ca.SX:
-    """Return the degree over the intervals: 0 for what is constant there, 1 for what keeps its sign and size.
+    """Return the degree over the intervals: the relative change of what keeps its sign and size, at most 1.
 
     Factors and terms that a mode sets to zero, and coefficients that hardly change, add nothing to a degree.
     """
@@ -51,7 +51,9 @@ def _degree(node: Node, values: Range, degree: dict[int, ca.SX]) -> ca.SX:
         own = (2 if node.op == ca.OP_SQ else 1) * sum((degree[a] for a in node.args), ca.SX(0))
     elif node.op in ENTIRE and node.op not in (ca.OP_SIN, ca.OP_COS):
         own = ca.mmax(ca.vertcat(1, *(degree[a] for a in node.args)))
-    return ca.if_else(values.spread > 0, ca.if_else(within(values.smallest, values.largest), 1, own), 0)
+    change = 2 * values.spread / values.smallest
+    own = ca.if_else(within(values.smallest, values.largest), ca.if_else(change < 1, change, 1), own)
+    return ca.if_else(values.spread > 0, own, 0)
 
 
 def hiding(nodes: list[Node], order: int) -> list[bool]:
