@@ -257,6 +257,37 @@ def test_what_is_unseen_is_no_less_than_what_a_tame_function_leaves(name):
     assert hides > 0 or name == "square"
 
 
+def bound_of_unseen(expression, at, radius, mode):
+    """Return what an expression of y, t and a mode of one number may hide while both stay within a radius."""
+    y, t, p, m = ca.SX.sym("y"), ca.SX.sym("t"), ca.SX(0, 1), ca.SX.sym("m")
+    field = ca.Function("field", [y, t, p, m], [expression(y, t, m), ca.SX(0, 1), ca.SX(0, 1)])
+    nodes, outputs = read(field)
+
+    def fixed(i):
+        return ca.SX(mode if nodes[i].place else nodes[i].number)
+
+    box, out, _ = unseen(nodes, [outputs[0][0]], 1, 18, fixed)
+    return float(ca.Function("bound", [box], [out])([*at, radius, radius]))
+
+
+@pytest.mark.parametrize(
+    "expression",
+    [
+        lambda y, t, m: y * (t + m * y**12),
+        lambda y, t, m: (y + m * t**12) ** 3,
+        lambda y, t, m: y * t * (1 + y + m * y**12) ** 8,
+        lambda y, t, m: y**3 * ((1 + t) ** 12 - m * y**12),
+        lambda y, t, m: (
+            y * (1 + t) * (2 + y) * (3 + t) * (4 + y) * (5 + t) * (6 + y) * (7 + t) * (8 + y) * (9 + t) + m * y**12
+        ),
+    ],
+)
+def test_powers_that_a_mode_switches_off_hide_nothing(expression):
+    """Terms and factors that are zero, or hardly change, add nothing to the degree of what they are part of."""
+    assert bound_of_unseen(expression, (0.0, 0.0), 0.01, 0.0) == 0.0
+    assert bound_of_unseen(expression, (0.0, 0.0), 0.01, 1.0) > 0.0
+
+
 @pytest.mark.parametrize("size", [1e-6, 1e-4])
 def test_integrators_see_pulses_of_some_tolerances(size):
     """A mass that slides freely is pushed for a moment: the impulse, four tolerances and more, arrives whole."""

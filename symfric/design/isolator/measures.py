@@ -116,7 +116,7 @@ class Isolated:
 
     def _slopes_at(self, point: np.ndarray, motion: int) -> np.ndarray:
         slopes = np.full((len(self.measures), len(self.names)), np.nan)
-        if len(self.scenes[motion].inputs) == 1:  # exact ones of slips in the plane take far longer than differences
+        if len(self.scenes[motion].inputs) == 1:  # exact ones of slips in the plane take longer than differences
             slopes = self._exact_slopes(point, motion)
         for k in np.flatnonzero(~np.all(np.isfinite(slopes), axis=0)):  # nor does one exist after grazing
             low, high = (np.clip(point + side * _STEP * np.eye(point.size)[k], 0.0, 1.0) for side in (-1, 1))

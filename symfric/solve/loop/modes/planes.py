@@ -346,8 +346,12 @@ def _set_mode(w: LoopArrays, i: int) -> None:
 
 @compiled(inline=True)
 def _start(w: LoopArrays, k: int, component: int) -> float:
-    """Return a component of the way contact k starts: along its acceleration, without one against its force."""
-    return w.planes.gain[component] if _speeding(w, k) > _nothing(w, k) else -w.planes.force[component]
+    """Return a component of the way contact k starts: against its force, without one along its acceleration.
+
+    An acceleration that has just begun is the small difference of forces, of which rounding turns the direction.
+    """
+    force = np.hypot(w.planes.force[k], w.planes.force[w.contacts.partner[k]])
+    return -w.planes.force[component] if force > 0.0 else w.planes.gain[component]
 
 
 @compiled

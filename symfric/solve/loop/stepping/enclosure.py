@@ -39,23 +39,21 @@ def degrees(nodes: list[Node]) -> list[int]:
     return found
 
 
-def _moderate(a: Range) -> ca.SX:
-    """Whether a moving quantity keeps its sign and changes by at most a moderate factor."""
-    return within(a.smallest, a.largest)
+def _degree(node: Node, values: Range, degree: dict[int, ca.SX]) -> ca.SX:
+    """Return the degree over the intervals: the relative change of what keeps its sign and size, at most 1.
 
-
-def _degree(node: Node, degree: dict[int, ca.SX], ranges: dict[int, Range]) -> ca.SX:
-    """Return the degree over the intervals: 1 for a moderate change, 0 for a constant."""
+    Factors and terms that a mode sets to zero, and coefficients that hardly change, add nothing to a degree.
+    """
     if not node.moves:
         return ca.SX(0)
+    own = ca.SX(1)
     if node.op in (ca.OP_MUL, ca.OP_SQ):
-        factors = (ca.if_else(_moderate(ranges[a]), ranges[a].spread > 0, degree[a]) for a in node.args)
-        return (2 if node.op == ca.OP_SQ else 1) * sum(factors, ca.SX(0))
-    if node.op == ca.OP_IF_ELSE_ZERO:
-        return ca.if_else(ranges[node.args[0]].middle, degree[node.args[1]], 0)
-    if node.op in ENTIRE and node.op not in (ca.OP_SIN, ca.OP_COS):
-        return ca.mmax(ca.vertcat(1, *(degree[a] for a in node.args)))
-    return ca.SX(1)
+        own = (2 if node.op == ca.OP_SQ else 1) * sum((degree[a] for a in node.args), ca.SX(0))
+    elif node.op in ENTIRE and node.op not in (ca.OP_SIN, ca.OP_COS):
+        own = ca.mmax(ca.vertcat(1, *(degree[a] for a in node.args)))
+    change = 2 * values.spread / values.smallest
+    own = ca.if_else(within(values.smallest, values.largest), ca.if_else(change < 1, change, 1), own)
+    return ca.if_else(values.spread > 0, own, 0)
 
 
 def hiding(nodes: list[Node], order: int) -> list[bool]:
@@ -106,10 +104,9 @@ def unseen(
         else:
             ranges[i] = operation(node.op, [ranges[a] for a in node.args])
         if products:
-            degree[i] = _degree(node, degree, ranges)
+            degree[i] = _degree(node, ranges[i], degree)
         if high[i] and node.op in (ca.OP_MUL, ca.OP_SQ):
-            tame = ca.logic_or(degree[i] <= order // 2, _moderate(ranges[i]))
-            ranges[i] = judged(ranges[i], tame, ranges[i].unseen)
+            ranges[i] = judged(ranges[i], degree[i] <= order // 2, ranges[i].unseen)
     bounds = [ranges[i].unseen for i in wanted]
     sizes = _magnitudes(nodes, sorted(needed), ranges)
     return box, ca.vertcat(*(ca.SX(0) if e is None else e for e in bounds)), ca.vertcat(*(sizes[i] for i in wanted))

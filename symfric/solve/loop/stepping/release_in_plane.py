@@ -22,21 +22,25 @@ Antali and Stepan, Sliding and crossing dynamics in extended Filippov systems, S
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.lower.planes import STARTS, TURNS
-from symfric.solve.loop.codes import SETTLE, TERMS
+from symfric.lower.planes import SINCE, STARTS, TURNS
+from symfric.solve.loop.arithmetic import value
+from symfric.solve.loop.codes import PULL, SETTLE, TERMS
 from symfric.solve.loop.events.first_event import first_event
 from symfric.solve.loop.modes.layout import backward, forward
 from symfric.solve.loop.modes.tolerances import natural_time
-from symfric.solve.loop.precision import ROUNDING
+from symfric.solve.loop.precision import ROUNDING, TINY
 from symfric.solve.loop.stepping.calls import expand, prelude
 from symfric.solve.loop.stepping.singular_start import keep_straight
+from symfric.solve.loop.stepping.step_acceptance import proven
 from symfric.solve.loop.workspace import LoopArrays
 
 LAST = 1e-12  # part of the natural time before a stop that is a straight line
-_PART, _WITHIN = 0.01, 0.9  # longest start, as part of the time left, and of that to the next sample
+_WITHIN = 0.9  # longest start, as part of the time to the next sample
+# most lengths that are tried for slips to be straight, the next one relative to one that is too long, and most others
+_SHORTENED, _LESS, _TRIALS = 12, 0.7, 40
 # start with derivatives, as part of the scale of time of the series: times the fourth root of the tolerance; where the
 # slip begins with an acceleration, its first direction is forgotten slowly
-_SHORTER, _SHORTEST = 0.2, 1e-9
+_SHORTER, _SHORTEST = 1.0, 1e-9
 
 
 @compiled
@@ -63,7 +67,7 @@ def leave_rest(w: LoopArrays, n_x: int, n_c: int) -> float:
     for r in range(w.c.shape[0]):
         for k in range(known + 2, w.c.shape[1]):
             w.c[r, k] = 0.0
-    time = _length(w, n_x, known + 1)
+    time = _checked(w, n_x, _length(w, n_x, known + 1))
     _leave_out(w, np.inf)
     time = first_event(w, n_x, n_c, time, time)
     _leave_out(w, 0.0)
@@ -73,6 +77,44 @@ def leave_rest(w: LoopArrays, n_x: int, n_c: int) -> float:
             w.m[i], w.m[i + 1] = 0.0, 0.0
     prelude(w)
     return time
+
+
+@compiled
+def _checked(w: LoopArrays, n_x: int, time: float) -> float:
+    """Return how much of a start holds: slips follow their directions, and no later pulse is passed over."""
+    least, longest = np.inf, time
+    for _ in range(_SHORTENED):
+        bend = max(_bend(w, n_x, 0.8 * longest), _bend(w, n_x, longest))
+        if bend < least:
+            least, time = bend, longest
+        if bend <= 1.0:
+            break
+        longest *= _LESS
+    for _ in range(_TRIALS):
+        holds = proven(w, n_x, time)
+        if holds == time:
+            break
+        time = holds
+    return time
+
+
+@compiled
+def _bend(w: LoopArrays, n_x: int, t: float) -> float:
+    """Return the largest velocity of a slip across its direction after a time t, relative to what is accepted."""
+    order, size, largest = w.c.shape[1] - 1, 0.0, 0.0
+    for r in range(w.limits.n_q, 2 * w.limits.n_q):
+        size = max(size, w.scale[r])
+    for k in range(w.planes.row.size):
+        i = w.planes.row[k]
+        if w.m[i] != STARTS:
+            continue
+        v, e, f = w.planes.variable[i], 0.0, 0.0
+        for j in range(TURNS, -1, -1):
+            e, f = e * t + w.m[v + 2 * j], f * t + w.m[v + 2 * j + 1]
+        a, b = value(w.c[n_x + backward(i)], order, t), value(w.c[n_x + backward(i + 1)], order, t)
+        rounding = ROUNDING * t * max(w.gauge[PULL, i], w.gauge[PULL, i + 1])
+        largest = max(largest, abs(a * f - b * e) / (w.clock.tolerance * max(size, np.hypot(a, b)) + rounding + TINY))
+    return largest
 
 
 @compiled
@@ -198,16 +240,18 @@ def _place(w: LoopArrays, i: int) -> int:
 @compiled
 def _length(w: LoopArrays, n_x: int, order: int) -> float:
     """Return how far the series of a start, of this order, is used."""
-    longest = min(w.clock.t_end, w.inputs.times[w.counts.segment + 1]) - w.y[n_x]
-    time = min(_PART * (w.clock.t_end - w.y[n_x]), _WITHIN * longest)
+    left = w.clock.t_end - w.y[n_x]
+    to_sample = min(left, w.inputs.times[w.counts.segment + 1] - w.y[n_x])
+    time = left
     for r in range(n_x // (1 + w.limits.varied)):
-        last = abs(w.c[r, order])
-        if last == 0.0:
-            continue
-        own = (w.clock.tolerance * w.scale[r] / last) ** (1.0 / order)
-        for k in range(1, order):
-            own = max(own, (w.clock.tolerance * abs(w.c[r, k]) / last) ** (1.0 / (order - k)))
-        time = min(time, own)
+        for n in range(order - 1, order + 1):
+            last = abs(w.c[r, n])
+            if last == 0.0:
+                continue
+            own = (w.clock.tolerance * w.scale[r] / last) ** (1.0 / n)
+            for k in range(1, n):
+                own = max(own, (w.clock.tolerance * abs(w.c[r, k]) / last) ** (1.0 / (n - k)))
+            time = min(time, own)
     if w.limits.varied:  # derivatives see a direction that is given: an error of the second order
         whole, sudden = time * w.clock.tolerance ** (-1.0 / order), False
         for k in range(w.planes.row.size):
@@ -217,7 +261,7 @@ def _length(w: LoopArrays, n_x: int, order: int) -> float:
             second = abs(w.m[v] * w.c[a, 2] + w.m[v + 1] * w.c[b, 2])
             sudden = sudden or (w.m[i] == STARTS and first > second * whole)
         time = min(time, (_SHORTEST if sudden else _SHORTER * w.clock.tolerance**0.25) * whole)
-    return min(time, longest)
+    return min(time, _WITHIN * to_sample) if to_sample < left else min(time, left)
 
 
 @compiled
@@ -231,11 +275,14 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
         i = w.planes.row[k]
         row = n_x + backward(i)
         speed, rate = w.c[row, 0], w.c[row, 1]
-        if w.m[i] != 0.0 or not rate < 0.0:
+        if w.m[i] != 0.0:
             continue
         rounding = ROUNDING * max(w.gauge[TERMS, i], w.gauge[TERMS, i + 1])
-        if speed < max(-rate * time, rounding):
+        if rate < 0.0 and speed < max(-rate * time, rounding):
             hit, time = k, speed / -rate
+        elif speed <= rounding and w.y[n_x] - w.m[w.planes.variable[i] + SINCE] > 2.0 * w.clock.h_last:
+            hit, time = k, 0.0  # a step has ended at the stop, up to rounding
+            break
     if hit < 0:
         return False
     n_q, n_y = w.limits.n_q, n_x // (1 + w.limits.varied)
@@ -244,7 +291,8 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
         w.step.base[0, r] = w.y[r]
         w.y[r] += time * w.c[r, 1] if moves else 0.0
     w.y[n_x] += time
-    keep_straight(w, n_x, n_c, time)
+    if time > 0.0:
+        keep_straight(w, n_x, n_c, time)
     for g in range(w.guards.hit.size):
         w.guards.hit[g], w.guards.fresh[g] = 0, 0
     for k in range(w.planes.row.size):  # those of the same slip arrive together
