@@ -161,7 +161,7 @@ def test_units_of_both_directions_are_checked():
         ('["U - v_b", "W"]', '["U", "3*U"]', "parallel"),
         ('["U - v_b", "W"]', '["U", "Y"]', "no velocity"),
         ('["U - v_b", "W"]', '["U", "W/(m - 1)"]', "component 1"),
-        ("normal = 2", "gap = 'Y'", "in the plane its normal load must be given"),
+        ("normal = 2", "gap = 'u'", "may depend on the coordinates"),
         ('law = "stribeck"\nmu_s = 0.5\nmu_k = 0.3\nv_s = 0.1', 'law = "dahl"\nmu_c = 0.3\nsigma = 9', "dry law"),
         ('friction_force("belt", 0)', 'friction_force("belt", 2)', "component k = 0 or 1"),
         ('friction_force("belt", 0)', 'friction_force("belt")', "is a vector"),

@@ -9,7 +9,18 @@ import numpy as np
 from symfric.codegen.numba_types import call_code, compiled
 from symfric.lower.impacts import APART, FIELDS, SLIPS, STICKS, TURNS
 from symfric.lower.mode_layout import OPEN
+from symfric.lower.planes import STARTS
 from symfric.solve.loop.codes import IMPACT, MANY_CONTACTS, OK, PAINLEVE, SLIP, TERMS
+from symfric.solve.loop.events.direction_sizes import SAMPLES
+from symfric.solve.loop.events.directions import (
+    AGREE,
+    MOST_SWEEPS,
+    POLISHES,
+    START_ANGLE,
+    chord_step,
+    find_angles,
+    sample_angle,
+)
 from symfric.solve.loop.modes.layout import mode
 from symfric.solve.loop.modes.tolerances import instant
 from symfric.solve.loop.precision import ROUNDING, TINY
@@ -22,8 +33,10 @@ _FEASIBLE = 1e-9  # margin, relative to the largest rate of a gap, down to which
 _JAM = 1e2  # normal force, relative to that of forces that do not cancel, that grows without bound
 _DISTINCT = 1e-6  # the same beyond which a second possible combination is another answer
 _OVERLAP, _DRIFTS, _MOST = 1e-9, 1e3, 1e-2  # negative gap that is an overlap, relative; the same per tolerance; at most
+_HALVINGS = 60  # of the part of restitutions with which an impact gains no energy
 _TOGETHER = 64.0  # rounding errors of time between impacts that come at the same time
-GAP, SIZE, RATE, SPEED, LEAST, RESPONSE, AFTER, FIRST, SECOND = range(9)  # of the answer, n numbers each
+# of the answer, n numbers each
+GAP, SIZE, RATE, SPEED, LEAST, RESPONSE, AFTER, FIRST, SECOND, SWERVE, TOLD = range(11)
 
 
 @compiled(inline=True)
@@ -36,13 +49,13 @@ def told(w: LoopArrays, what: int, k: int) -> float:
 def _states(w: LoopArrays) -> int:
     """Return the number of states of the motion, without appended derivatives."""
     n = w.openings.variable.size
-    return w.impacts.answer.size - 9 * n - 2 - (w.contacts.sticks.size + n) ** 2
+    return w.impacts.answer.size - TOLD * n - 2 - (w.contacts.sticks.size + n) ** 2
 
 
 @compiled(inline=True)
 def _after_fields(w: LoopArrays) -> int:
     """Return where the energy gained stands in the answer, its scale and the coupling of all contacts behind it."""
-    return _states(w) + 9 * w.openings.variable.size
+    return _states(w) + TOLD * w.openings.variable.size
 
 
 @compiled(inline=True)
@@ -55,6 +68,12 @@ def coupling(w: LoopArrays, i: int, j: int) -> float:
 def is_open(w: LoopArrays, k: int) -> bool:
     """Whether contact k is open."""
     return w.m[w.openings.variable[k]] > 0.5
+
+
+@compiled(inline=True)
+def is_planar(w: LoopArrays, k: int) -> bool:
+    """Whether contact k slides in the plane."""
+    return w.openings.line[k] >= 0 and w.contacts.partner[w.openings.line[k]] >= 0
 
 
 @compiled(inline=True)
@@ -141,6 +160,8 @@ def widen_slips(w: LoopArrays, n_c: int) -> None:
             shared = abs(coupling(w, i, n_c + k))
             if along >= 0:
                 shared = max(shared, abs(coupling(w, i, along)))
+            if is_planar(w, k):
+                shared = max(shared, abs(coupling(w, i, along + 1)))
             if own > 0.0:
                 size += shared / own * w.impacts.exact[_states(w) + SPEED * n + k]
         w.span[TERMS, i] = max(w.span[TERMS, i], size)
@@ -186,7 +207,7 @@ def hold_exactly(w: LoopArrays) -> None:
     for k in range(w.openings.variable.size):
         w.impacts.asked[_field(w, 0, k)], w.impacts.asked[_field(w, 3, k)] = APART, not is_open(w, k)
     for i in range(w.contacts.sticks.size):
-        w.impacts.asked[_rules(w) + 2 + i] = w.m[i] > 0.5
+        w.impacts.asked[_rules(w) + 2 + i] = w.m[i] > 0.5 or w.m[i] == STARTS
     call_code(w.code[IMPACT], w.y.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.exact.ctypes.data)
     for r in range(_states(w)):
         w.y[r] = w.impacts.exact[r]
@@ -211,7 +232,8 @@ def _apply(w: LoopArrays) -> None:
     for k in range(w.openings.variable.size):
         rests = w.impacts.touches[k] != 0
         if fastest > 0.0:
-            bounces = w.impacts.struck[k] and w.impacts.asked[_field(w, 2, k)] > 0.5 and told(w, RATE, k) < 0.0
+            bounces = w.impacts.struck[k] and w.impacts.asked[_field(w, 2, k)] > 0.0 and told(w, RATE, k) < 0.0
+            bounces = bounces and w.impacts.asked[_field(w, 3, k)] < 0.5  # else its rate is zero up to rounding
             little = max(ROUNDING * told(w, SPEED, k), 0.0 if bounces else _FEASIBLE * fastest)
             rests = rests and abs(told(w, AFTER, k)) <= little
         else:
@@ -236,16 +258,50 @@ def _largest_rate(w: LoopArrays) -> float:
 @compiled
 def _choose(w: LoopArrays) -> int:
     """Determine what every contact that touches does; leave the data and the answer of that in place."""
-    alone = 0
+    alone, planar = 0, False
     for k in range(w.openings.variable.size):
         alone += w.impacts.touches[k]
+        planar = planar or (w.impacts.touches[k] != 0 and is_planar(w, k))
     w.impacts.asked[_rules(w) + 1] = alone == 1
     status = _try_all(w, alone == 1)
-    gain, scale = w.impacts.answer[_after_fields(w)], w.impacts.answer[_after_fields(w) + 1]
-    if status == OK and gain > _FEASIBLE * scale:
+    if planar:
+        return _bounce_less(w, alone == 1) if status == OK and _gains(w, ROUNDING) else status
+    if status == OK and _gains(w, _FEASIBLE):
         w.impacts.asked[_rules(w)] = 1.0
         status = _try_all(w, alone == 1)
     return status
+
+
+@compiled
+def _gains(w: LoopArrays, least: float) -> bool:
+    """Whether the impact adds energy, by more than a part of its terms."""
+    return w.impacts.answer[_after_fields(w)] > least * w.impacts.answer[_after_fields(w) + 1]
+
+
+@compiled
+def _bounce_less(w: LoopArrays, alone: bool) -> int:
+    """Find the largest part of all restitutions with which the impact adds no energy; it has no derivative here."""
+    low, high, status = 0.0, 1.0, OK
+    for _ in range(_HALVINGS):
+        part = 0.5 * (low + high)
+        _set_bounces(w, part)
+        status = _try_all(w, alone)
+        if status != OK:
+            return status
+        if _gains(w, 0.0):
+            high = part
+        else:
+            low = part
+    w.counts.doubts += w.limits.varied > 0
+    _set_bounces(w, low)
+    return _try_all(w, alone)
+
+
+@compiled(inline=True)
+def _set_bounces(w: LoopArrays, part: float) -> None:
+    """Set the part of the restitution of all contacts."""
+    for k in range(w.openings.variable.size):
+        w.impacts.asked[_field(w, 2, k)] = part
 
 
 @compiled
@@ -261,24 +317,99 @@ def _try_all(w: LoopArrays, alone: bool) -> int:
     for _ in range(total):
         for k in range(n):
             _set(w, k, alone)
-        _ask(w)
-        margin = _least_margin(w)
-        if margin > best:
-            if best > -np.inf and not _is_best(w):
-                second = best
-            best = margin
-            for r in range(w.impacts.asked.size):
-                w.impacts.best[r] = w.impacts.asked[r]
-            for r in range(w.limits.n_q):
-                w.impacts.rates[r] = w.impacts.answer[w.limits.n_q + r]
-        elif margin > second and not _is_best(w):
-            second = margin
+        for way in range(_aim(w)):
+            _take_way(w, way)
+            _ask(w)
+            margin = _least_margin(w)
+            if margin > best:
+                if best > -np.inf and not _is_best(w):
+                    second = best
+                best = margin
+                for r in range(w.impacts.asked.size):
+                    w.impacts.best[r] = w.impacts.asked[r]
+                for r in range(w.limits.n_q):
+                    w.impacts.rates[r] = w.impacts.answer[w.limits.n_q + r]
+            elif margin > second and not _is_best(w):
+                second = margin
         next_trial(w, n)
     for r in range(w.impacts.asked.size):
         w.impacts.asked[r] = w.impacts.best[r]
     _ask(w)
     scale = max(_largest_rate(w), TINY)
     return OK if best >= -_FEASIBLE * scale and not second > _DISTINCT * scale else PAINLEVE
+
+
+@compiled
+def _aim(w: LoopArrays) -> int:
+    """Find the directions of slips in the plane after the impact that friction opposes; return the number of choices.
+
+    Those of one contact are in ``w.planes.angles``. Those of several are found one after the other, until they agree:
+    one choice at most, which is the only one as long as the contacts affect each other weakly.
+    """
+    slipping, last = 0, -1
+    for k in range(w.openings.variable.size):
+        if is_planar(w, k) and w.impacts.asked[_field(w, 0, k)] == SLIPS:
+            slipping, last = slipping + 1, k
+            _point(w, k, START_ANGLE)
+    w.planes.aimed[0] = last
+    if slipping == 0:
+        w.planes.aimed[0] = -1
+        return 1
+    if slipping == 1:
+        return _ways(w, last)
+    w.planes.aimed[0] = -1
+    for _ in range(MOST_SWEEPS):
+        turned = 0.0
+        for k in range(w.openings.variable.size):
+            if is_planar(w, k) and w.impacts.asked[_field(w, 0, k)] == SLIPS:
+                turned = max(turned, _turn_to_best(w, k))
+        if not turned > AGREE:
+            return 1 if turned >= 0.0 else 0
+    return 0
+
+
+@compiled
+def _ways(w: LoopArrays, k: int) -> int:
+    """Find the directions of contact k, with those of the others as they are; return how many there are."""
+    for s in range(SAMPLES):
+        _point(w, k, sample_angle(s))
+        _ask(w)
+        w.planes.samples[s] = told(w, SWERVE, k)
+    n = find_angles(w)
+    for s in range(n):
+        for _ in range(POLISHES):
+            angle = w.planes.angles[s]
+            _point(w, k, angle)
+            _ask(w)
+            step = chord_step(w, angle, told(w, SWERVE, k))
+            w.planes.angles[s] = angle - step
+    return n
+
+
+@compiled
+def _turn_to_best(w: LoopArrays, k: int) -> float:
+    """Turn contact k to the direction of the largest margin; return by how much, NaN if there is none."""
+    e, f, best, found = w.impacts.asked[_field(w, 4, k)], w.impacts.asked[_field(w, 5, k)], -np.inf, np.nan
+    for s in range(_ways(w, k)):
+        _point(w, k, w.planes.angles[s])
+        _ask(w)
+        if told(w, SECOND, k) > best:
+            best, found = told(w, SECOND, k), w.planes.angles[s]
+    _point(w, k, found)
+    return abs(w.impacts.asked[_field(w, 4, k)] - e) + abs(w.impacts.asked[_field(w, 5, k)] - f)
+
+
+@compiled(inline=True)
+def _take_way(w: LoopArrays, way: int) -> None:
+    """Take one of the directions that were found."""
+    if w.planes.aimed.size and w.planes.aimed[0] >= 0:
+        _point(w, w.planes.aimed[0], w.planes.angles[way])
+
+
+@compiled(inline=True)
+def _point(w: LoopArrays, k: int, angle: float) -> None:
+    """Set the direction of contact k in the plane."""
+    w.impacts.asked[_field(w, 4, k)], w.impacts.asked[_field(w, 5, k)] = np.cos(angle), np.sin(angle)
 
 
 @compiled
@@ -296,7 +427,7 @@ def _options(w: LoopArrays, k: int, alone: bool) -> int:
     """Return the number of things that contact k may do."""
     if w.impacts.touches[k] == 0:
         return 1
-    return (2 if w.openings.line[k] < 0 else 4) - alone
+    return (2 if w.openings.line[k] < 0 else (3 if is_planar(w, k) else 4)) - alone
 
 
 @compiled(inline=True)
@@ -308,7 +439,12 @@ def _set(w: LoopArrays, k: int, alone: bool) -> None:
         kind = APART if option == 0 else (STICKS if option == 1 else SLIPS)
         side = 1.0 if option < 3 else -1.0
         i = w.openings.line[k]
-        if alone and i >= 0 and abs(w.gauge[SLIP, i]) > ROUNDING * w.gauge[TERMS, i]:
+        if is_planar(w, k):
+            speed = np.hypot(w.gauge[SLIP, i], w.gauge[SLIP, i + 1])
+            slips = speed > ROUNDING * max(w.gauge[TERMS, i], w.gauge[TERMS, i + 1])
+            w.impacts.asked[_field(w, 4, k)] = w.gauge[SLIP, i] / speed if slips else 0.0
+            w.impacts.asked[_field(w, 5, k)] = w.gauge[SLIP, i + 1] / speed if slips else 0.0
+        elif alone and i >= 0 and abs(w.gauge[SLIP, i]) > ROUNDING * w.gauge[TERMS, i]:
             kind = STICKS if option == 1 else (SLIPS if option == 2 else TURNS)
             side = 1.0 if w.gauge[SLIP, i] > 0.0 else -1.0
     w.impacts.asked[_field(w, 0, k)], w.impacts.asked[_field(w, 1, k)] = kind, side

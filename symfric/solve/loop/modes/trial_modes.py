@@ -29,11 +29,28 @@ from symfric.solve.loop.events.impacts import (
 from symfric.solve.loop.events.time_steps import step_over
 from symfric.solve.loop.modes.layout import backward, direction, forward
 from symfric.solve.loop.modes.mode_selection import change_switch, mark_fresh
+from symfric.solve.loop.modes.planes_that_open import (
+    aim_starts,
+    begin_planes,
+    forget_arrivals,
+    has_arrived,
+    is_undetermined,
+    plane_is_right,
+    set_plane,
+    take_start,
+)
 from symfric.solve.loop.modes.sticking_basis import share
-from symfric.solve.loop.modes.tolerances import doubt_of, doubted_acceleration, instant, natural_time, no_acceleration
+from symfric.solve.loop.modes.tolerances import (
+    doubt_of,
+    doubted_acceleration,
+    instant,
+    natural_time,
+    no_acceleration,
+    stays,
+)
 from symfric.solve.loop.modes.zero_slips import try_sticking
 from symfric.solve.loop.precision import ROUNDING
-from symfric.solve.loop.stepping.calls import prelude, probe
+from symfric.solve.loop.stepping.calls import measure, prelude, probe
 from symfric.solve.loop.workspace import LoopArrays
 
 _DEPENDENT = 1e-13  # pivot of the coupling, relative to its diagonal, below which a slip follows from others
@@ -56,6 +73,7 @@ def settle_openings(w: LoopArrays, starting: bool) -> int:
         w.impacts.entry_m[r] = w.m[r]
     if w.counts.jumped and not starting and overlaps(w, n_x):
         return OVERLAP
+    begin_planes(w)
     status = strike(w, n_c, starting)
     if status == OK:
         status = _select(w, n_x, n_c)
@@ -70,6 +88,7 @@ def settle_openings(w: LoopArrays, starting: bool) -> int:
     if status == OK and not starting and _dies_out(w, n_x):
         settle_touches(w)
         status = _select(w, n_x, n_c)
+    forget_arrivals(w)
     return status
 
 
@@ -149,6 +168,9 @@ def _select(w: LoopArrays, n_x: int, n_c: int) -> int:
     for i in range(n_c):
         if _is_apart(w, i):
             w.selection.zero[i], w.m[i] = 0, 0.0
+    if has_arrived(w):  # its slip is what a straight line has left of it
+        hold_exactly(w)
+        measure(w, w.y, w.gauge)
     return _select_modes(w, n_x, n_c)
 
 
@@ -187,24 +209,33 @@ def _try_all(w: LoopArrays, n_x: int, n_c: int) -> int:
         total *= w.impacts.options[k]
     if total > MOST_TRIALS:
         return MANY_CONTACTS
-    best = -1
+    best, several = -1, False
     for _ in range(total):
         sticking = _set(w, n, n_c)
         share(w, n_c)
         _leave_dependents(w, n_c)
-        prelude(w)
-        probe(w)
-        if _is_right(w, n_x, n_c) and _followers_stay(w, n_x, n_c):
-            if best >= 0 and not _same_closed(w) and not _same_motion(w, n_q):
+        if is_undetermined(w):
+            return UNDECIDED
+        right = 0
+        for way in range(aim_starts(w, n_x)):
+            take_start(w, way)
+            prelude(w)
+            probe(w)
+            if not (_is_right(w, n_x, n_c) and _followers_stay(w, n_x, n_c)):
+                continue
+            same = best >= 0 and _same_motion(w, n_q)
+            if best >= 0 and not same and not _same_closed(w):
                 return PAINLEVE
+            several = several or (right > 0 and not same and sticking == best)
+            right += 1
             if sticking > best:
-                best = sticking
+                best, several = sticking, False
                 for r in range(w.m.size):
                     w.impacts.found[r] = w.m[r]
                 for r in range(n_q):
                     w.impacts.rates[r] = w.probe[n_q + r, 1]
         next_trial(w, n + n_c)
-    if best < 0:
+    if best < 0 or several:
         return PAINLEVE
     for r in range(w.m.size):
         w.m[r] = w.impacts.found[r]
@@ -240,8 +271,10 @@ def _leave_dependents(w: LoopArrays, n_c: int) -> None:
 @compiled(inline=True)
 def _options_of_line(w: LoopArrays, i: int) -> int:
     """Return the number of modes to try of friction along a line, apart from those of a contact that opens."""
-    if w.selection.zero[i] == 0 or _is_apart(w, i):
+    if w.selection.zero[i] == 0 or _is_apart(w, i) or 0 <= w.contacts.partner[i] < i:
         return 1
+    if w.contacts.partner[i] > i:
+        return 2
     return 3 if w.contacts.sticks[i] else 2
 
 
@@ -263,6 +296,10 @@ def _set(w: LoopArrays, n: int, n_c: int) -> int:
         if w.impacts.options[n + i] == 1:
             continue
         option, k = w.impacts.tried[n + i] + (w.contacts.sticks[i] == 0), w.contacts.opens[i]
+        if w.contacts.partner[i] >= 0:
+            set_plane(w, i, k >= 0 and is_open(w, k), option == 0)
+            held += option == 0 and not (k >= 0 and is_open(w, k))
+            continue
         if k >= 0 and is_open(w, k):
             w.m[i], w.m[direction(i, n_c)] = 0.0, 1.0
             continue
@@ -293,6 +330,10 @@ def _is_right(w: LoopArrays, n_x: int, n_c: int) -> bool:
             if w.impacts.rests[k] and w.impacts.tried[w.openings.variable.size + i] > 0:
                 return False  # the same mode as without slip
             continue
+        if w.contacts.partner[i] >= 0:
+            if w.contacts.partner[i] > i and not plane_is_right(w, n_x, i, time, now):
+                return False
+            continue
         if w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
             continue
         if w.m[i] > 0.5:
@@ -313,7 +354,7 @@ def _followers_stay(w: LoopArrays, n_x: int, n_c: int) -> bool:
     """Whether slips that are zero because they follow from others stay so: the gap they follow from may move."""
     time, now, probed, stay = natural_time(w), instant(w), False, True
     for i in range(n_c):
-        if w.m[i] != FOLLOWS:
+        if w.m[i] != FOLLOWS or w.contacts.partner[i] >= 0:
             continue
         w.m[i] = 0.0  # its friction does not change the motion that the others determine
         prelude(w)
@@ -327,17 +368,6 @@ def _followers_stay(w: LoopArrays, n_x: int, n_c: int) -> bool:
         prelude(w)
         probe(w)
     return stay
-
-
-@compiled(inline=True)
-def stays(a: float, b: float, c: float, little: float, time: float, now: float) -> bool:
-    """Whether a guard ``a + b t + c t^2/2`` is not negative just after; `now` is the rounding of the present time."""
-    little += abs(b) * now
-    if not abs(a) <= little:
-        return a > 0.0  # false for NaN
-    if not abs(b) * time <= little:
-        return b > 0.0
-    return c * time * time >= -little
 
 
 @compiled
