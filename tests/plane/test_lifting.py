@@ -344,3 +344,22 @@ def test_contacts_without_friction_have_no_slip():
     scene = body([0, 0, -1], (0, 0, 0.5, 1, 1, 0), 3.0, sf.laws.coulomb(0), e=0.5)
     assert scene.contacts[0].frictionless
     assert sf.simulate(scene).checked().final[3:5].tolist() == [1.0, 1.0]
+
+
+@pytest.mark.parametrize("slip", [u, (u, v)], ids=["along a line", "in the plane"])
+def test_a_body_strikes_beside_a_closed_contact_at_any_tolerance(slip):
+    """Rounding leaves the closed contact a rate below zero, which was taken for a stroke: no mode agreed with it."""
+    x2, y2, z2, u2, v2, w2 = sp.symbols("x2 y2 z2 u2 v2 w2", real=True)
+    A = np.random.default_rng(3).normal(size=(6, 6))
+    force = [0.5 * sp.cos(1.3 * t) + 0.1 - 0.8 * (x - x2), 0.4 * sp.sin(0.9 * t) - 0.3 * y - 0.8 * (y - y2)]
+    force += [0.9 * sp.cos(1.7 * t) - 1, 0.8 * (x - x2) + 0.3 * sp.sin(t), 0.8 * (y - y2) - 0.2 * y2]
+    force += [1.2 * sp.sin(1.1 * t) - 1]
+    system = sf.System([x, y, z, x2, y2, z2], [u, v, w, u2, v2, w2], np.eye(6) + 0.12 * (A + A.T), force)
+    contacts = [
+        sf.Contact("first", slip, sf.Unilateral(z, 0.4), sf.laws.coulomb(0.4, 0.3)),
+        sf.Contact("second", u2, sf.Unilateral(z2, 0.3), sf.laws.coulomb(0.35)),
+    ]
+    start = dict(zip((*system.q, *system.u), (0, 0, 0, 0, 0, 0.1, 0.3, 0.1, 0, -0.2, 0.4, 0), strict=True))
+    scene = sf.Scene(system, contacts, {}, start, 12.0)
+    ends = [sf.simulate(scene, tolerance=tolerance).checked().final for tolerance in (1e-9, 1e-10, 1e-11, 1e-12)]
+    assert np.array(ends[:3]) == pytest.approx(np.array([ends[3]] * 3), abs=1e-7)

@@ -242,7 +242,7 @@ title = "A part hops on a tray"
 coordinates = ["x", "y", "z"]
 velocities = ["u", "w", "v"]
 mass = ["m", "m", "m"]
-force = [0, "0.5*m", "-9.81*m"]
+force = [0, "p*m", "-g*m"]
 initial = { x = 0, y = 0, z = 0.001, u = 0, w = 0, v = 0 }
 horizon = 0.4
 [values]
@@ -250,6 +250,8 @@ m = 1.0
 a = 0.002
 Omega = 90.0
 e = 0.3
+p = 0.5
+g = 9.81
 [friction.tray]
 slip = ["u - 0.1", "w"]
 gap = "z - a*sin(Omega*t)"
@@ -268,6 +270,10 @@ u = "m/s"
 w = "m/s"
 v = "m/s"
 a = "m"
+m = "kg"
+p = "m/s^2"
+g = "m/s^2"
+Omega = "1/s"
 """
 
 
