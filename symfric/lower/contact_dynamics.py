@@ -122,8 +122,7 @@ class ContactDynamics:
         self._print = Printer(symbols, self.moving, self.switches)
         self.openings = self._openings(contacts)
         self.planes: list[Plane] = []
-        n_c = len(self.contacts)
-        self.s, self.d = ca.SX.sym("s", n_c), ca.SX.sym("d", n_c)
+        self.s, self.d = (ca.SX.sym(name, len(self.contacts)) for name in "sd")
         slips, loads, frictions = [], [], []
         for i, c in enumerate(self.contacts):
             slips.append(self.read(c.slip))

@@ -75,7 +75,9 @@ def impact_of(model: ContactDynamics) -> ca.Function | None:
     n, q, u, t = len(model.openings), model.q, model.u, model.t
     gaps = ca.vertcat(*(e.gap for e in model.openings))
     of_rows = {plane.row: plane for plane in model.planes}
-    lines, owner, planar = [], [], {}
+    lines: list[int] = []
+    owner: list[int] = []
+    planar: dict[int, int] = {}
     for k, e in enumerate(model.openings):
         if e.line in of_rows:
             planar[k] = len(lines)
@@ -165,13 +167,13 @@ def impact_of(model: ContactDynamics) -> ca.Function | None:
 
     one, two, speeds = [], [], ca.sum1(ca.fabs(before))
     lines_of = {k: f for f, k in along.items()}
-    places = {k: j for j, k in enumerate(planar)}
+    numbers = {k: j for j, k in enumerate(planar)}
     for k in range(n):
         nn, pressed, left = W[n_f + k, n_f + k], impulse[n_f + k], after[n_f + k]
         missed = left - share * target[k]
         one.append(ca.if_else(kind[k] == APART, missed, _if_met(missed, speeds, pressed * nn)))
         if k in planar:
-            f, way = planar[k], ways_found[2 * places[k] : 2 * places[k] + 2]
+            f, way = planar[k], ways_found[2 * numbers[k] : 2 * numbers[k] + 2]
             tt, moved = 0.5 * (W[f, f] + W[f + 1, f + 1]), after[f : f + 2]
             bound = ca.if_else(first_way[k] ** 2 + second_way[k] ** 2 > 0.5, mu[f], mu_s[f])
             stuck = _if_met(ca.norm_2(moved), speeds, (bound * pressed - ca.norm_2(impulse[f : f + 2])) * tt)

@@ -9,24 +9,21 @@ several solutions, and if no mode is right they have none: the paradox of Painle
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS
 from symfric.solve.loop.codes import MANY_CONTACTS, OK, OVERLAP, PAINLEVE, UNDECIDED
+from symfric.solve.loop.events.impact_choice import MOST_TRIALS, next_trial, strike
 from symfric.solve.loop.events.impacts import (
-    AFTER,
     LEAST,
-    MOST_TRIALS,
-    RATE,
     RESPONSE,
     SIZE,
     coupling,
     hold_exactly,
     is_open,
-    next_trial,
     overlaps,
     settle_bounces,
     settle_touches,
-    strike,
     told,
 )
 from symfric.solve.loop.events.time_steps import step_over
+from symfric.solve.loop.modes.last_bounces import dies_out, time_to_rest
 from symfric.solve.loop.modes.layout import backward, direction, forward
 from symfric.solve.loop.modes.mode_selection import change_switch, mark_fresh
 from symfric.solve.loop.modes.planes_that_open import (
@@ -55,9 +52,6 @@ from symfric.solve.loop.workspace import LoopArrays
 
 _DEPENDENT = 1e-13  # pivot of the coupling, relative to its diagonal, below which a slip follows from others
 _SAME = 1e-9  # relative difference of accelerations up to which two modes are the same motion
-_LITTLE = 0.01  # flight of a contact that rocks, in tolerances of the natural time, that is negligible
-_INSTANTS = 128.0  # the same in rounding errors of the present time
-_ALIKE = 1e-6  # relative difference of flights that count as the same
 _ROUNDS = 8  # most repetitions because a kink was passed
 
 
@@ -77,7 +71,7 @@ def settle_openings(w: LoopArrays, starting: bool) -> int:
     status = strike(w, n_c, starting)
     if status == OK:
         status = _select(w, n_x, n_c)
-    w.clock.late = _time_to_rest(w, n_x) if status == OK and not starting else 0.0
+    w.clock.late = time_to_rest(w, n_x) if status == OK and not starting else 0.0
     if w.clock.late > 0.0:
         for r in range(n_x):
             w.y[r] = w.impacts.entry_y[r]
@@ -85,78 +79,11 @@ def settle_openings(w: LoopArrays, starting: bool) -> int:
             w.m[r] = w.impacts.entry_m[r]
         settle_bounces(w)
         status = _select(w, n_x, n_c)
-    if status == OK and not starting and _dies_out(w, n_x):
+    if status == OK and not starting and dies_out(w, n_x):
         settle_touches(w)
         status = _select(w, n_x, n_c)
     forget_arrivals(w)
     return status
-
-
-@compiled(inline=True)
-def _negligible(w: LoopArrays) -> float:
-    """Return the duration of a flight that is negligible."""
-    return max(_LITTLE * w.clock.tolerance * natural_time(w), _INSTANTS * instant(w))
-
-
-@compiled
-def _dies_out(w: LoopArrays, n_x: int) -> bool:
-    """Whether contacts that strike in turns, as of a block that rocks, leave each other for a negligible time."""
-    struck, leaves, little = False, False, _negligible(w)
-    for k in range(w.openings.variable.size):
-        struck = struck or w.impacts.struck[k] != 0
-        if w.impacts.touches[k] and w.impacts.rests[k] == 0:
-            g = n_x + w.limits.first_opening + 2 * k
-            v, a = told(w, AFTER, k), -2.0 * w.probe[g, 2]
-            if w.impacts.struck[k] or not 2.0 * v < a * little:
-                return False
-            leaves = True
-    return struck and leaves
-
-
-@compiled
-def _time_to_rest(w: LoopArrays, n_x: int) -> float:
-    """Return after which time the bounces of the contacts that struck have died out, 0 unless that is negligible.
-
-    With the rate v of the gap after the impact, its acceleration -a and jerk j, the flights last
-    ``s + j s^2/(3 a) + O(s^3)`` in all, ``s = 2 v/(a (1 - e))``, from ``s = 2 v/a (1 + e + e^2 + ...)`` without jerk.
-    The rest of this series and the height of the flights are below the tolerance; the motion in the mean is that of the
-    closed contact. This holds for one contact that no other one strikes meanwhile, and for several whose flights are
-    the same. A flight of a negligible time is the last one, at any e.
-    """
-    found, first, ratio, little = 0.0, 0.0, 0.0, _negligible(w)
-    for k in range(w.openings.variable.size):
-        v, g = told(w, AFTER, k), n_x + w.limits.first_opening + 2 * k
-        if w.impacts.struck[k] == 0 or not is_open(w, k):
-            continue
-        e, a, jerk = -v / told(w, RATE, k), -2.0 * w.probe[g, 2], 6.0 * w.probe[g, 3]
-        if a <= 0.0 or not e > 0.0:
-            return 0.0
-        flight = 2.0 * v / a
-        if flight <= little:
-            found = max(found, flight)
-            continue
-        if e >= 1.0:
-            return 0.0
-        rest = flight / (1.0 - e)
-        height, size = v * v / a, max(w.scale[g], told(w, SIZE, k))
-        bend = jerk * rest / a
-        if height > w.clock.tolerance * size or bend * bend * rest > w.clock.tolerance * natural_time(w):
-            return 0.0
-        if first > 0.0 and not (abs(flight - first) <= _ALIKE * first and abs(e - ratio) <= _ALIKE):
-            return 0.0
-        found, first, ratio = max(found, rest + bend * rest / 3.0), flight, e
-    return 0.0 if found > little and _another_strikes(w, n_x, found) else found
-
-
-@compiled
-def _another_strikes(w: LoopArrays, n_x: int, time: float) -> bool:
-    """Whether a contact that did not strike closes within a time, with the accelerations of the present mode."""
-    for k in range(w.openings.variable.size):
-        g = n_x + w.limits.first_opening + 2 * k
-        flies = is_open(w, k) and w.impacts.struck[k] == 0
-        if flies and w.probe[g, 0] + time * (w.probe[g, 1] + time * w.probe[g, 2]) < 0.0:
-            return True
-    return False
 
 
 @compiled
