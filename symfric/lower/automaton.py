@@ -213,7 +213,7 @@ def observed(model: ContactDynamics, friction: ca.SX, rows: Sequence[sp.Expr]) -
             model.define(friction_force(c.name, 0), force[0])
             model.define(friction_force(c.name, 1), force[1])
             model.define(normal_force(c.name), model.read(c.normal))
-            model.define(slip(c.name), ca.if_else(plane.flag > 0.5, 0, plane.slip_speed))
+            model.define(slip(c.name), ca.if_else(plane.rests, 0, plane.slip_speed))
             model.define(stored_energy(c.name), ca.SX(0))
             model.define(dissipated_power(c.name), -ca.dot(friction[plane.rows], plane.w))
         if i in planes or i - 1 in planes:
@@ -225,7 +225,7 @@ def observed(model: ContactDynamics, friction: ca.SX, rows: Sequence[sp.Expr]) -
         stored, gained = model.energy(i)
         model.define(stored_energy(c.name), load[i] * stored)
         model.define(dissipated_power(c.name), -friction[i] * w[i] - load[i] * gained)
-    for i in planes:
+    for i in (i for i in planes if contacts[i].unilateral is None):  # of one that opens it is no speed in flight
         factors = contacts[i].ellipse or (1, 1)
         across = contacts[i].across
         assert across is not None

@@ -122,8 +122,7 @@ class ContactDynamics:
         self._print = Printer(symbols, self.moving, self.switches)
         self.openings = self._openings(contacts)
         self.planes: list[Plane] = []
-        n_c = len(self.contacts)
-        self.s, self.d = ca.SX.sym("s", n_c), ca.SX.sym("d", n_c)
+        self.s, self.d = (ca.SX.sym(name, len(self.contacts)) for name in "sd")
         slips, loads, frictions = [], [], []
         for i, c in enumerate(self.contacts):
             slips.append(self.read(c.slip))
@@ -133,7 +132,8 @@ class ContactDynamics:
             elif c.across is not None:
                 pair = ca.vertcat(slips[i], self.read(c.across))
                 factors = None if c.ellipse is None else ca.vertcat(*map(self.read, c.ellipse))
-                self.planes.append(Plane(c.name, i, pair, self.s[i], self.t, factors))
+                opens = next((e.mode for e in self.openings if e.line == i), None)
+                self.planes.append(Plane(c.name, i, pair, self.s[i], self.t, factors, opens))
                 frictions.append(self._in_plane(self.planes[-1], loads[i], 0))
             elif self.planes and self.planes[-1].row == i - 1:
                 frictions.append(self._in_plane(self.planes[-1], loads[i], 1))
@@ -147,10 +147,10 @@ class ContactDynamics:
 
     def _openings(self, contacts: Sequence[Contact]) -> list[Opening]:
         """Return the contacts that open, stops first; expressions read later may contain their normal forces."""
-        found = []
+        found, names = [], [row.name for row in self.contacts]
         for c in sorted((c for c in contacts if c.unilateral is not None), key=lambda c: not c.frictionless):
             assert c.unilateral is not None
-            force, line = ca.SX.sym("normal"), -1 if c.frictionless else self.contacts.index(c)
+            force, line = ca.SX.sym("normal"), -1 if c.frictionless else names.index(c.name)
             gap, restitution = self.read(c.unilateral.gap), self.read(c.unilateral.restitution)
             size = sum(ca.fabs(self.read(e)) for e in sp.Add.make_args(sp.expand(c.unilateral.gap)))
             size += ca.fabs(ca.jacobian(gap, self.q)) @ ca.fabs(self.q)

@@ -21,6 +21,7 @@ The guards of the two rows, in the order of `symfric.lower.mode_layout`:
     slips:                       |w|,              1;   1,     1
     sticks:                      B^2 - |lambda|^2, 1;   1,     1
     starts, or has no force:     w_1,           -w_1;   w_2, -w_2
+    open:                        0,                0;   0,     0
 """
 
 from dataclasses import dataclass, field, replace
@@ -64,6 +65,8 @@ class Plane:
         The mark of its rows in the mode, and time.
     factors : SX or None, shape (2,)
         Those of an ellipse, with which the slip is scaled.
+    opens : SX or None
+        Of a contact that opens, whether it is open: then it has no friction, and its slip may be zero.
     variables : SX, shape (SINCE + 1,)
         Its part of the mode: e_0, e_1, ..., t_0.
     """
@@ -74,6 +77,7 @@ class Plane:
     flag: ca.SX
     time: ca.SX
     factors: ca.SX | None = None
+    opens: ca.SX | None = None
     variables: ca.SX = field(default_factory=lambda: ca.SX.sym("plane", SINCE + 1))
 
     rates = ()
@@ -105,10 +109,20 @@ class Plane:
         return self.flag < -0.5
 
     @property
-    def speed(self) -> ca.SX:
-        """The speed of its slip, 1 while it sticks, where no friction law is evaluated."""
+    def rests(self) -> ca.SX:
+        """Whether it has no speed of sliding: it sticks, or is open."""
+        return self.flag > 0.5 if self.opens is None else ca.logic_or(self.flag > 0.5, self.opens > 0.5)
+
+    @property
+    def _slips(self) -> ca.SX:
+        """Whether it slips in the direction of its slip."""
         slips = ca.logic_and(self.flag < 0.5, ca.logic_not(self.starts))
-        square = ca.if_else(slips, ca.sumsqr(self.w), 1)
+        return slips if self.opens is None else ca.logic_and(slips, self.opens < 0.5)
+
+    @property
+    def speed(self) -> ca.SX:
+        """The speed of its slip, 1 while it sticks or is open, where no friction law is evaluated."""
+        square = ca.if_else(self._slips, ca.sumsqr(self.w), 1)
         return ca.if_else(self.starts, ca.dot(self.given, self.w), ca.sqrt(square))
 
     @property
@@ -116,12 +130,11 @@ class Plane:
         """The speed of the slip before it is scaled, of which the law is a function."""
         if self.factors is None:
             return self.speed
-        slips = ca.logic_and(self.flag < 0.5, ca.logic_not(self.starts))
         own = ca.sumsqr(self.w / self.factors)
         return ca.if_else(
             self.starts,
             ca.dot(self.given, self.w) * ca.norm_2(ca.if_else(self.starts, self.given / self.factors, 1)),
-            ca.sqrt(ca.if_else(slips, own, 1)),
+            ca.sqrt(ca.if_else(self._slips, own, 1)),
         )
 
     @property
@@ -151,4 +164,5 @@ class Plane:
         own = ca.if_else(sticks, bound**2 - ca.sumsqr(friction), self.speed)
         shown = [own, ca.SX(1), ca.SX(1), ca.SX(1)]
         slips = [self.w[0], -self.w[0], self.w[1], -self.w[1]]
-        return [ca.if_else(free, a, b) for a, b in zip(slips, shown, strict=True)]
+        guards = [ca.if_else(free, a, b) for a, b in zip(slips, shown, strict=True)]
+        return guards if self.opens is None else [ca.if_else(self.opens > 0.5, 0, e) for e in guards]

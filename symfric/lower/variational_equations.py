@@ -21,6 +21,7 @@ import sympy as sp
 from symfric.lower.automaton import Automaton, arguments_of
 from symfric.lower.constraint_forces import HOLDS, hold
 from symfric.lower.mode_layout import direction
+from symfric.lower.planes import STARTS
 from symfric.lower.printer import Printer, Switches
 from symfric.lower.unilateral import DEPENDENT, eliminated
 from symfric.model.scene import Scene
@@ -254,13 +255,21 @@ def _held_after_impact(
     slopes = ca.jacobian(rows, y)[:, n_u : 2 * n_u]
     spread = ca.reshape(_of_impact(automaton, "spread", y, t, p), n_u, rows.numel())
     friction = _of_impact(automaton, "friction", y, t, p)
-    local = ca.Function("held", [y, V, t, p], [ca.densify(along(rows)), slopes, spread, friction])
-    gained, J, back, mu = local(*arrived[:1], arrived[1], t, p)
+    local = ca.Function("held", [y, V, t, p], [ca.densify(along(rows)), slopes, spread, friction, w])
+    gained, J, back, mu, slips_now = local(*arrived[:1], arrived[1], t, p)
+    ways = {}  # of slips in the plane, given if they start
+    for i in automaton.planes:
+        v, moves = layout.planes[i], ca.sumsqr(slips_now[i : i + 2]) > 0
+        length = ca.sqrt(ca.if_else(moves, ca.sumsqr(slips_now[i : i + 2]), 1))
+        ways[i] = ca.if_else(after[i] == STARTS, after[v : v + 2], slips_now[i : i + 2] / length)
     sticks = [after[i] == HOLDS for i in range(w.numel())]  # a comparison of no numbers would be one number
     held = ca.vertcat(*sticks, *(1 - after[place] for place in layout.openings))
     coupled = ca.densify(back)  # with the friction of what slips
     for k, i in enumerate(layout.lines_of_openings):
-        if i >= 0:
+        if i in automaton.planes:
+            way, slips = ways[i], after[i] <= 0.5
+            coupled[:, w.numel() + k] -= slips * mu[k] * back[:, i : i + 2] @ way
+        elif i >= 0:
             slips = ca.logic_not(after[i])
             coupled[:, w.numel() + k] -= slips * after[direction(i, w.numel())] * mu[k] * back[:, i]
     active = ca.diag(held)

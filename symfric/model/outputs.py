@@ -721,7 +721,7 @@ def friction_force(contact: str, component: int | None = None) -> sp.Symbol:
 
 
 def slip(contact: str) -> sp.Symbol:
-    """Return the slip velocity of a contact for use inside output expressions; in the plane the speed.
+    """Return the slip velocity of a contact for use inside output expressions; in the plane the speed, zero in flight.
 
     Parameters
     ----------

@@ -247,7 +247,8 @@ class Contact:
     """One dry contact; friction on the body is ``-sign(slip) * normal * profile * mu(|slip|)``.
 
     With a pair of slips, the components of a slip vector, it slides in a plane: friction has the magnitude
-    ``normal * profile * mu(|slip|)`` and opposes the vector; at rest it is any force within a disc. A law with memory
+    ``normal * profile * mu(|slip|)`` and opposes the vector; at rest it is any force within a disc. The normal load is
+    given or, for contacts that open, computed, along a line and in the plane. A law with memory
     brings states of its own, see `states`.
 
     Attributes
@@ -352,12 +353,10 @@ class Contact:
             )
         object.__setattr__(self, "slip", slips[0])
         object.__setattr__(self, "across", slips[1])
-        if isinstance(self.normal, Unilateral):
-            raise SceneError(
-                f"contact {self.name!r} slides in the plane and opens; in the plane its normal load must be given: let "
-                "a stiff spring press it, normal=sympy.Max(0, -k*gap), which is a force of the system, too"
-            )
-        if self.stiffness is not None or (isinstance(self.law, Law) and (self.law.memory or self.law.smooth)):
+        wrong = isinstance(self.law, Law) and (self.law.memory is not None or self.law.smooth)
+        if wrong and isinstance(self.normal, Unilateral):
+            wrong = not self.law.kinetic == self.law.stick == 0  # without friction it is a stop
+        if self.stiffness is not None or wrong:
             what = "a stiffness" if self.stiffness is not None else "a law with memory or a regularised one"
             raise SceneError(f"contact {self.name!r} slides in the plane and has {what}; in the plane use a dry law")
 
@@ -376,6 +375,8 @@ class Contact:
             object.__setattr__(self, "slip", sp.S.Zero)
         elif self.unilateral is not None and isinstance(self.law, Law) and self.law.kinetic == self.law.stick == 0:
             object.__setattr__(self, "slip", sp.S.Zero)
+            object.__setattr__(self, "across", None)
+            object.__setattr__(self, "ellipse", None)
             object.__setattr__(self, "law", FRICTIONLESS)
         elif self.law is FRICTIONLESS and not self.frictionless:
             raise SceneError(f"contact {self.name!r} has no law; use one of sf.laws, such as sf.laws.coulomb(0.3)")

@@ -27,6 +27,11 @@ class Unilateral:
     would add energy, restitution is taken of the work of the normal force instead (Stronge), for several contacts at
     once as far as the energy allows.
 
+    Of a contact in the plane, with a pair of slips, the impulse Q of friction lies in the disc ``|Q| <= mu P`` of the
+    normal impulse P: the slip after the impact is zero, or Q opposes it, ``Q = -mu P w+/|w+|`` (Moreau, Glocker). For a
+    ball, whose slip keeps its direction in the impact, this is the same. Where it would add energy, restitution is
+    taken in part, as far as the energy allows.
+
     Attributes
     ----------
     gap : Expr
@@ -37,7 +42,8 @@ class Unilateral:
     Notes
     -----
     Brogliato, Nonsmooth Mechanics, 3rd edition, chapter 4; Routh, Advanced Dynamics of a System of Rigid Bodies,
-    section 194; Stronge, Impact Mechanics, chapter 3.
+    section 194; Stronge, Impact Mechanics, chapter 3; Moreau, Unilateral contact and dry friction in finite freedom
+    dynamics (1988); Glocker, Set-Valued Force Laws (2001), chapter 12.
 
     Examples
     --------

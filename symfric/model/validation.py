@@ -71,11 +71,6 @@ def _check_plane(system: System, contact: Contact, contacts: tuple[Contact, ...]
         if made_of_cells(other.profile):
             where = "in the plane" if other is contact else f"beside contact {contact.name!r} in the plane"
             raise SceneError(f"profile of contact {other.name!r} jumps; {where} it must be continuous")
-        if other.unilateral is not None:
-            raise SceneError(
-                f"contact {contact.name!r} slides in the plane and contact {other.name!r} opens; one scene takes the "
-                "one or the other: in place of the gap write a stiff spring into the forces, sympy.Max(0, -k*gap)"
-            )
     for e in contact.ellipse or ():
         if e.free_symbols & {*system.states, *system.rows, TIME}:
             raise SceneError(

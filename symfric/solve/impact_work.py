@@ -46,7 +46,7 @@ def struck(
     work = np.zeros(path.t.size)
     if not scene.contacts_that_open or path.t.size < 2:
         return work
-    impact, owners = impact_function(scene)
+    impact, owners, second = impact_function(scene)
     n_u, n = len(scene.system.q), len(owners)
     data = np.zeros(impact.numel_in(3))
     names = impact.name_out()
@@ -63,7 +63,8 @@ def struck(
         touching |= closed[k] | closed[k + 1]
         spread = found["spread"].reshape(-1, n_u).T
         n_c = spread.shape[1] - n
-        rubs = [i in {line for line, near in zip(owners, touching, strict=True) if near} for i in range(n_c)]
+        near = {line for line, close in zip(owners, touching, strict=True) if close}
+        rubs = [i in near or (i in second and i - 1 in near) for i in range(n_c)]
         columns = np.hstack([spread[:, :n_c][:, rubs], -spread[:, :n_c][:, rubs], spread[:, n_c:][:, touching]])
         if not columns.size:
             continue

@@ -201,7 +201,6 @@ def test_outputs_of_a_vector():
         ({"slip": (u, 2 * u)}, "parallel"),
         ({"slip": (u, w), "stiffness": 3}, "dry law"),
         ({"slip": (u, w), "law": sf.laws.dahl(0.3, 10)}, "dry law"),
-        ({"slip": (u, w), "normal": sf.Unilateral(y)}, "must be given"),
         ({"slip": (u, x)}, "no velocity"),
         ({"slip": (u, w), "profile": sp.Piecewise((1, x < 0), (2, True))}, "continuous"),
     ],

@@ -161,7 +161,7 @@ def test_units_of_both_directions_are_checked():
         ('["U - v_b", "W"]', '["U", "3*U"]', "parallel"),
         ('["U - v_b", "W"]', '["U", "Y"]', "no velocity"),
         ('["U - v_b", "W"]', '["U", "W/(m - 1)"]', "component 1"),
-        ("normal = 2", "gap = 'Y'", "in the plane its normal load must be given"),
+        ("normal = 2", "gap = 'u'", "may depend on the coordinates"),
         ('law = "stribeck"\nmu_s = 0.5\nmu_k = 0.3\nv_s = 0.1', 'law = "dahl"\nmu_c = 0.3\nsigma = 9', "dry law"),
         ('friction_force("belt", 0)', 'friction_force("belt", 2)', "component k = 0 or 1"),
         ('friction_force("belt", 0)', 'friction_force("belt")', "is a vector"),
@@ -234,3 +234,66 @@ def test_wrong_motions_are_one_line(motions, words):
         read_scene_text(PENDULUM.format(motions=motions), "bad.toml")
     assert words in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+TRAY = """
+title = "A part hops on a tray"
+[scene]
+coordinates = ["x", "y", "z"]
+velocities = ["u", "w", "v"]
+mass = ["m", "m", "m"]
+force = [0, "p*m", "-g*m"]
+initial = { x = 0, y = 0, z = 0.001, u = 0, w = 0, v = 0 }
+horizon = 0.4
+[values]
+m = 1.0
+a = 0.002
+Omega = 90.0
+e = 0.3
+p = 0.5
+g = 9.81
+[friction.tray]
+slip = ["u - 0.1", "w"]
+gap = "z - a*sin(Omega*t)"
+restitution = "e"
+law = "coulomb"
+mu_s = 0.4
+[outputs]
+press = 'max(normal_force("tray"))'
+way = 'integral(slip("tray"))'
+[units]
+t = "s"
+x = "m"
+y = "m"
+z = "m"
+u = "m/s"
+w = "m/s"
+v = "m/s"
+a = "m"
+m = "kg"
+p = "m/s^2"
+g = "m/s^2"
+Omega = "1/s"
+"""
+
+
+def test_a_file_of_a_contact_in_the_plane_that_opens(tmp_path):
+    file = tmp_path / "tray.toml"
+    file.write_text(TRAY)
+    read = read_scene_file(file)
+    x, y, z, u, w, v = sp.symbols("x y z u w v", real=True)
+    tray = sf.Unilateral(z - 0.002 * sp.sin(90 * sf.TIME), 0.3)
+    contact = sf.Contact("tray", (u - 0.1, w), tray, sf.laws.coulomb(0.4))
+    start = dict(zip((x, y, z, u, w, v), (0, 0, 0.001, 0, 0, 0), strict=True))
+    own = sf.Scene(sf.System([x, y, z], [u, w, v], sp.eye(3), [0, 0.5, -9.81]), [contact], {}, start, 0.4)
+    run = sf.simulate(read.scene, tolerance=1e-12).checked()
+    assert run.final == pytest.approx(sf.simulate(own, tolerance=1e-12).final, abs=1e-11)
+    assert run["press"] > 9.81
+    shown = page(study(read))
+    assert "in the plane with the gap" in scene_in_words(read)
+    for words in (
+        "impact of contact tray",
+        "friction of contact tray while it sticks",
+        "Path in the plane of contact tray",
+    ):
+        assert words in shown

@@ -217,3 +217,8 @@ class Planes(ArraySet):
     coupling: Matrix  # what a turn of one direction does to the slips of all across theirs, (n_p, n_p)
     turning: Matrix  # equations of the rates at which directions turn, (n_p, n_p + 1)
     across: Reals  # solution of these, (n_p,)
+    aimed: Integers  # the only contact whose direction is one of several, or -1, (1,)
+    weights: Reals  # normal forces in these directions
+    samples: Reals  # values from which directions follow, see `symfric.solve.loop.events.directions`
+    series: Reals  # their trigonometric polynomial
+    angles: Reals  # its roots

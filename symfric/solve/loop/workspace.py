@@ -15,6 +15,7 @@ from symfric.lower.structure_modes import StructureMatrices
 from symfric.model.rows import Row
 from symfric.solve.loop.codes import COUPLING, JUMP
 from symfric.solve.loop.events.bernstein import DEPTH, bernstein_table
+from symfric.solve.loop.events.direction_sizes import MOST_ANGLES, QUARTIC, SAMPLES
 from symfric.solve.loop.records import (
     Basis,
     Contacts,
@@ -188,7 +189,7 @@ def make_arrays(
             loads=_numbers([layout.load(name) for name in layout.lines]),
             edge=_numbers([ranks.get(j, 0) for j in range(n_switches)]),
             step=_numbers([j in automaton.steps for j in range(n_switches)]),
-            opens=_numbers([lines.index(i) if i in lines else -1 for i in range(n_c)]),
+            opens=_numbers([_opening(lines, automaton.planes, i) for i in range(n_c)]),
             partner=_numbers(layout.partners),
             shown=_numbers(layout.shown),
             other_guards=_numbers(layout.other_guards).reshape(-1, 2),
@@ -198,13 +199,15 @@ def make_arrays(
             follows=_numbers([r.follows for r in rows]),
             start=np.array([r.start for r in rows], dtype=float),
         ),
-        tables=Tables(damping=weights(order), exposed=_numbers(exposed), bernstein=bernstein_table(order)),
+        tables=Tables(
+            damping=weights(order), exposed=_numbers(exposed), bernstein=bernstein_table(max(order, QUARTIC))
+        ),
         matrices=matrices,
         powers=powers,
         step=Step.zeros(
             lengths=2, reach=n_x + n_g, end=n_x + 1, unseen=n_h, terms=n_h, box=2 * n_x + 2, bend=n_x, base=(3, n_x)
         ),
-        roots=Roots.zeros(poly=order + 5, slope=order + 2, found=order + 2, stack=(DEPTH + 4, order + 4)),
+        roots=Roots.zeros(poly=order + 5, slope=order + 2, found=order + 2, stack=(DEPTH + 4, max(order, QUARTIC) + 4)),
         guards=Guards.zeros(hit=n_g, fresh=n_g, slack=n_g, other=backward(n_c), carries=n_c),
         selection=Selection.zeros(
             old=n_c,
@@ -287,10 +290,21 @@ def _planes(automaton: Automaton) -> Planes:
         coupling=(n_p, n_p),
         turning=(n_p, n_p + 1),
         across=n_p,
+        aimed=1,
+        weights=SAMPLES,
+        samples=SAMPLES,
+        series=SAMPLES,
+        angles=MOST_ANGLES,
     )
     room.row[:] = automaton.planes
     room.variable[:] = layout.planes[:n_c]
     return room
+
+
+def _opening(lines: list[int], planes: Sequence[int], i: int) -> int:
+    """Return the contact that opens whose friction row i is, or a component of it; -1 if none."""
+    first = i - 1 if i - 1 in planes else i
+    return lines.index(first) if first in lines else -1
 
 
 def _room(*shape: int) -> np.ndarray:

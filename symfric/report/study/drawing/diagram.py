@@ -144,16 +144,18 @@ def diagram_of(scene: Scene) -> Diagram | None:
     springs, dampers, loads = _taken_apart(system, driven)
     links = [*_links("stiffness", springs, absent), *_links("damping", dampers, absent), *_inertia(system)]
     surfaces = []
-    for contact in (line for c in scene.contacts for line in along_lines(c)):
+    for contact in scene.contacts:
         if contact.unilateral is not None:
             links.extend(_gap(contact, contact.unilateral.gap, system))
         if contact.frictionless:
             continue
-        surface = _surface(contact, system)
-        if surface is None:
-            links.extend(_between(contact, system))
-        else:
-            surfaces.append(surface)
+        load = sp.expand(contact.normal) if contact.unilateral is None else reaction(contact)
+        for line in along_lines(contact):
+            surface = _surface(line, load, system)
+            if surface is None:
+                links.extend(_between(line, system))
+            else:
+                surfaces.append(surface)
     made = {s for c in scene.contacts for s in c.states}
     return Diagram(
         tuple(DrawnBody(q, system.mass[i, i]) for i, q in enumerate(system.q)),
@@ -219,14 +221,13 @@ def _slopes_of_slip(contact: Contact, system: System) -> dict[int, sp.Expr]:
     return {i: s for i, s in slopes.items() if not s.is_zero}
 
 
-def _surface(contact: Contact, system: System) -> Surface | None:
-    """Return the surface of a contact of a single body; None if several bodies move in it."""
+def _surface(contact: Contact, load: sp.Expr, system: System) -> Surface | None:
+    """Return the surface of a contact of a single body under a load; None if several bodies move in it."""
     slopes = _slopes_of_slip(contact, system)
     if len(slopes) != 1:
         return None
     ((body, slope),) = slopes.items()
     velocity = sp.expand(system.u[body] - contact.slip / slope)
-    load = sp.expand(contact.normal) if contact.unilateral is None else reaction(contact)
     return Surface(body, contact.name, velocity, load, not contact.along_line)
 
 

@@ -1,29 +1,26 @@
-"""Impacts of contacts that open: which strike, and what each of them does; see `symfric.lower.impacts`.
+"""Impacts of contacts that open: which strike, and what follows from what each of them does.
 
-What all contacts that touch do is tried in every combination, and the one with the largest least margin is taken, so
-that ties, where one of several is on the border between two, need no threshold.
+See `symfric.lower.impacts`, and `symfric.solve.loop.events.impact_choice` for the choice.
 """
 
-import numpy as np
-
 from symfric.codegen.numba_types import call_code, compiled
-from symfric.lower.impacts import APART, FIELDS, SLIPS, STICKS, TURNS
+from symfric.lower.impacts import APART, FIELDS
 from symfric.lower.mode_layout import OPEN
-from symfric.solve.loop.codes import IMPACT, MANY_CONTACTS, OK, PAINLEVE, SLIP, TERMS
+from symfric.lower.planes import STARTS
+from symfric.solve.loop.codes import IMPACT, TERMS
 from symfric.solve.loop.modes.layout import mode
 from symfric.solve.loop.modes.tolerances import instant
-from symfric.solve.loop.precision import ROUNDING, TINY
+from symfric.solve.loop.precision import ROUNDING
 from symfric.solve.loop.recording.trajectory import store_event
 from symfric.solve.loop.stepping.calls import measure
 from symfric.solve.loop.workspace import LoopArrays
 
-MOST_TRIALS = 20_000  # most combinations that are tried
-_FEASIBLE = 1e-9  # margin, relative to the largest rate of a gap, down to which a combination is possible
+FEASIBLE = 1e-9  # margin, relative to the largest rate of a gap, down to which a combination is possible
 _JAM = 1e2  # normal force, relative to that of forces that do not cancel, that grows without bound
-_DISTINCT = 1e-6  # the same beyond which a second possible combination is another answer
 _OVERLAP, _DRIFTS, _MOST = 1e-9, 1e3, 1e-2  # negative gap that is an overlap, relative; the same per tolerance; at most
 _TOGETHER = 64.0  # rounding errors of time between impacts that come at the same time
-GAP, SIZE, RATE, SPEED, LEAST, RESPONSE, AFTER, FIRST, SECOND = range(9)  # of the answer, n numbers each
+# of the answer, n numbers each
+GAP, SIZE, RATE, SPEED, LEAST, RESPONSE, AFTER, FIRST, SECOND, SWERVE, TOLD = range(11)
 
 
 @compiled(inline=True)
@@ -36,19 +33,19 @@ def told(w: LoopArrays, what: int, k: int) -> float:
 def _states(w: LoopArrays) -> int:
     """Return the number of states of the motion, without appended derivatives."""
     n = w.openings.variable.size
-    return w.impacts.answer.size - 9 * n - 2 - (w.contacts.sticks.size + n) ** 2
+    return w.impacts.answer.size - TOLD * n - 2 - (w.contacts.sticks.size + n) ** 2
 
 
 @compiled(inline=True)
-def _after_fields(w: LoopArrays) -> int:
+def after_fields(w: LoopArrays) -> int:
     """Return where the energy gained stands in the answer, its scale and the coupling of all contacts behind it."""
-    return _states(w) + 9 * w.openings.variable.size
+    return _states(w) + TOLD * w.openings.variable.size
 
 
 @compiled(inline=True)
 def coupling(w: LoopArrays, i: int, j: int) -> float:
     """Return what a force of contact j does to contact i: contacts along a line, then the gaps of those that open."""
-    return w.impacts.answer[_after_fields(w) + 2 + (w.contacts.sticks.size + w.openings.variable.size) * j + i]
+    return w.impacts.answer[after_fields(w) + 2 + (w.contacts.sticks.size + w.openings.variable.size) * j + i]
 
 
 @compiled(inline=True)
@@ -58,13 +55,19 @@ def is_open(w: LoopArrays, k: int) -> bool:
 
 
 @compiled(inline=True)
-def _ask(w: LoopArrays) -> None:
+def is_planar(w: LoopArrays, k: int) -> bool:
+    """Whether contact k slides in the plane."""
+    return w.openings.line[k] >= 0 and w.contacts.partner[w.openings.line[k]] >= 0
+
+
+@compiled(inline=True)
+def ask(w: LoopArrays) -> None:
     """Compute the impact with the present data."""
     call_code(w.code[IMPACT], w.y.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.answer.ctypes.data)
 
 
 @compiled(inline=True)
-def _field(w: LoopArrays, field: int, k: int) -> int:
+def field_of(w: LoopArrays, field: int, k: int) -> int:
     """Return the place of a number of contact k in the data of an impact: kind, direction, bounce, closed."""
     return w.p.size + field * w.openings.variable.size + k
 
@@ -73,11 +76,11 @@ def _field(w: LoopArrays, field: int, k: int) -> int:
 def forget_closed(w: LoopArrays, first: int) -> None:
     """Let no gap be zero in a copy of the data: at the start derivatives may move the rate of a closed one."""
     for k in range(w.openings.variable.size):
-        w.saltation.before[first + _field(w, 3, k) - w.p.size] = 0.0
+        w.saltation.before[first + field_of(w, 3, k) - w.p.size] = 0.0
 
 
 @compiled(inline=True)
-def _rules(w: LoopArrays) -> int:
+def rules(w: LoopArrays) -> int:
     """Return the place of the two flags of the rule behind the numbers of every contact."""
     return w.p.size + FIELDS * w.openings.variable.size
 
@@ -90,17 +93,17 @@ def begin_impact(w: LoopArrays, starting: bool) -> bool:
         w.impacts.asked[r] = w.p[r]
     for r in range(n_p, w.impacts.asked.size):
         w.impacts.asked[r] = 0.0
-    _ask(w)
+    ask(w)
     for k in range(n):
         gap, rate = told(w, GAP, k), told(w, RATE, k)
         closed = not starting and not is_open(w, k)
         near = gap <= ROUNDING * told(w, SIZE, k) - min(rate, 0.0) * now
         w.impacts.touches[k] = closed or near or (not starting and w.guards.hit[w.limits.first_opening + 2 * k] != 0)
         w.impacts.struck[k] = 0
-        w.impacts.asked[_field(w, 2, k)] = 1.0
+        w.impacts.asked[field_of(w, 2, k)] = 1.0
         if w.impacts.touches[k]:
             still = abs(rate) <= ROUNDING * told(w, SPEED, k) or (closed and not w.counts.jumped)
-            w.impacts.asked[_field(w, 3, k)] = still
+            w.impacts.asked[field_of(w, 3, k)] = still
             strikes = strikes or (not still and rate < 0.0)
         else:
             w.m[w.openings.variable[k]] = 1.0
@@ -116,7 +119,7 @@ def overlaps(w: LoopArrays, n_x: int) -> bool:
     measure(w, w.y, w.gauge)
     for r in range(w.impacts.asked.size):
         w.impacts.asked[r] = w.p[r] if r < w.p.size else 0.0
-    _ask(w)
+    ask(w)
     for k in range(w.openings.variable.size):
         size = max(told(w, SIZE, k), w.scale[n_x + w.limits.first_opening + 2 * k])
         drift = 0.0 if is_open(w, k) else _DRIFTS * w.clock.tolerance
@@ -141,37 +144,20 @@ def widen_slips(w: LoopArrays, n_c: int) -> None:
             shared = abs(coupling(w, i, n_c + k))
             if along >= 0:
                 shared = max(shared, abs(coupling(w, i, along)))
+            if is_planar(w, k):
+                shared = max(shared, abs(coupling(w, i, along + 1)))
             if own > 0.0:
                 size += shared / own * w.impacts.exact[_states(w) + SPEED * n + k]
         w.span[TERMS, i] = max(w.span[TERMS, i], size)
 
 
 @compiled
-def strike(w: LoopArrays, n_c: int, starting: bool) -> int:
-    """Apply the impact of the contacts that strike, if any, and make gaps and rates of closed ones exactly zero.
-
-    ``w.impacts.rests`` marks those that stay in touch.
-    """
-    n = w.openings.variable.size
-    measure(w, w.y, w.gauge)
-    strikes = begin_impact(w, starting)
-    status = _choose(w) if strikes else OK
-    if status != OK:
-        return status
-    for k in range(n):
-        w.impacts.struck[k] = w.impacts.asked[_field(w, 0, k)] != APART
-    _apply(w)
-    w.counts.jumped = w.counts.jumped or strikes
-    return OK
-
-
-@compiled
 def settle_bounces(w: LoopArrays) -> None:
     """Apply the impact again, from the state before it, without restitution."""
     for k in range(w.openings.variable.size):
-        w.impacts.asked[_field(w, 2, k)] = 0.0
-    _ask(w)
-    _apply(w)
+        w.impacts.asked[field_of(w, 2, k)] = 0.0
+    ask(w)
+    apply(w)
     w.counts.jumped = 1
 
 
@@ -184,9 +170,9 @@ def hold_exactly(w: LoopArrays) -> None:
     for r in range(w.impacts.asked.size):
         w.impacts.best[r] = w.impacts.asked[r]
     for k in range(w.openings.variable.size):
-        w.impacts.asked[_field(w, 0, k)], w.impacts.asked[_field(w, 3, k)] = APART, not is_open(w, k)
+        w.impacts.asked[field_of(w, 0, k)], w.impacts.asked[field_of(w, 3, k)] = APART, not is_open(w, k)
     for i in range(w.contacts.sticks.size):
-        w.impacts.asked[_rules(w) + 2 + i] = w.m[i] > 0.5
+        w.impacts.asked[rules(w) + 2 + i] = w.m[i] > 0.5 or w.m[i] == STARTS
     call_code(w.code[IMPACT], w.y.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.exact.ctypes.data)
     for r in range(_states(w)):
         w.y[r] = w.impacts.exact[r]
@@ -205,17 +191,18 @@ def settle_touches(w: LoopArrays) -> None:
 
 
 @compiled(inline=True)
-def _apply(w: LoopArrays) -> None:
+def apply(w: LoopArrays) -> None:
     """Take over the state after the impact that was computed last, and mark the contacts that stay in touch."""
-    fastest = _largest_rate(w)
+    fastest = largest_rate(w)
     for k in range(w.openings.variable.size):
         rests = w.impacts.touches[k] != 0
         if fastest > 0.0:
-            bounces = w.impacts.struck[k] and w.impacts.asked[_field(w, 2, k)] > 0.5 and told(w, RATE, k) < 0.0
-            little = max(ROUNDING * told(w, SPEED, k), 0.0 if bounces else _FEASIBLE * fastest)
+            bounces = w.impacts.struck[k] and w.impacts.asked[field_of(w, 2, k)] > 0.0 and told(w, RATE, k) < 0.0
+            bounces = bounces and w.impacts.asked[field_of(w, 3, k)] < 0.5  # else its rate is zero up to rounding
+            little = max(ROUNDING * told(w, SPEED, k), 0.0 if bounces else FEASIBLE * fastest)
             rests = rests and abs(told(w, AFTER, k)) <= little
         else:
-            rests = rests and w.impacts.asked[_field(w, 3, k)] > 0.5
+            rests = rests and w.impacts.asked[field_of(w, 3, k)] > 0.5
         w.impacts.rests[k] = rests
         if not rests:
             w.m[w.openings.variable[k]] = 1.0
@@ -224,119 +211,13 @@ def _apply(w: LoopArrays) -> None:
 
 
 @compiled
-def _largest_rate(w: LoopArrays) -> float:
+def largest_rate(w: LoopArrays) -> float:
     """Return the largest rate at which a gap closes in the impact."""
     largest = 0.0
     for k in range(w.openings.variable.size):
-        if w.impacts.touches[k] and w.impacts.asked[_field(w, 3, k)] < 0.5:
+        if w.impacts.touches[k] and w.impacts.asked[field_of(w, 3, k)] < 0.5:
             largest = max(largest, -told(w, RATE, k))
     return largest
-
-
-@compiled
-def _choose(w: LoopArrays) -> int:
-    """Determine what every contact that touches does; leave the data and the answer of that in place."""
-    alone = 0
-    for k in range(w.openings.variable.size):
-        alone += w.impacts.touches[k]
-    w.impacts.asked[_rules(w) + 1] = alone == 1
-    status = _try_all(w, alone == 1)
-    gain, scale = w.impacts.answer[_after_fields(w)], w.impacts.answer[_after_fields(w) + 1]
-    if status == OK and gain > _FEASIBLE * scale:
-        w.impacts.asked[_rules(w)] = 1.0
-        status = _try_all(w, alone == 1)
-    return status
-
-
-@compiled
-def _try_all(w: LoopArrays, alone: bool) -> int:
-    """Try all combinations; leave the best in place."""
-    n, total, best, second = w.openings.variable.size, 1, -np.inf, -np.inf
-    for k in range(n):
-        w.impacts.tried[k] = 0
-        w.impacts.options[k] = _options(w, k, alone)
-        total *= w.impacts.options[k]
-    if total > MOST_TRIALS:
-        return MANY_CONTACTS
-    for _ in range(total):
-        for k in range(n):
-            _set(w, k, alone)
-        _ask(w)
-        margin = _least_margin(w)
-        if margin > best:
-            if best > -np.inf and not _is_best(w):
-                second = best
-            best = margin
-            for r in range(w.impacts.asked.size):
-                w.impacts.best[r] = w.impacts.asked[r]
-            for r in range(w.limits.n_q):
-                w.impacts.rates[r] = w.impacts.answer[w.limits.n_q + r]
-        elif margin > second and not _is_best(w):
-            second = margin
-        next_trial(w, n)
-    for r in range(w.impacts.asked.size):
-        w.impacts.asked[r] = w.impacts.best[r]
-    _ask(w)
-    scale = max(_largest_rate(w), TINY)
-    return OK if best >= -_FEASIBLE * scale and not second > _DISTINCT * scale else PAINLEVE
-
-
-@compiled
-def next_trial(w: LoopArrays, n: int) -> None:
-    """Count on to the next combination of options, of the first n contacts."""
-    for k in range(n):
-        w.impacts.tried[k] += 1
-        if w.impacts.tried[k] < w.impacts.options[k]:
-            break
-        w.impacts.tried[k] = 0
-
-
-@compiled(inline=True)
-def _options(w: LoopArrays, k: int, alone: bool) -> int:
-    """Return the number of things that contact k may do."""
-    if w.impacts.touches[k] == 0:
-        return 1
-    return (2 if w.openings.line[k] < 0 else 4) - alone
-
-
-@compiled(inline=True)
-def _set(w: LoopArrays, k: int, alone: bool) -> None:
-    """Set what contact k does in the present trial."""
-    kind, side, option = APART, 1.0, w.impacts.tried[k]
-    if w.impacts.touches[k]:
-        option += alone  # the only one is not apart
-        kind = APART if option == 0 else (STICKS if option == 1 else SLIPS)
-        side = 1.0 if option < 3 else -1.0
-        i = w.openings.line[k]
-        if alone and i >= 0 and abs(w.gauge[SLIP, i]) > ROUNDING * w.gauge[TERMS, i]:
-            kind = STICKS if option == 1 else (SLIPS if option == 2 else TURNS)
-            side = 1.0 if w.gauge[SLIP, i] > 0.0 else -1.0
-    w.impacts.asked[_field(w, 0, k)], w.impacts.asked[_field(w, 1, k)] = kind, side
-
-
-@compiled
-def _least_margin(w: LoopArrays) -> float:
-    """Return the least margin of the contacts that touch; less than all others if the impact has no solution."""
-    least = np.inf
-    for k in range(w.openings.variable.size):
-        if w.impacts.touches[k]:
-            for what in (FIRST, SECOND):
-                margin = told(w, what, k)
-                if not abs(margin) < np.inf:
-                    return -np.inf
-                least = min(least, margin)
-    return least
-
-
-@compiled
-def _is_best(w: LoopArrays) -> bool:
-    """Whether the velocities after the impact are those of the best combination so far."""
-    n_q = w.limits.n_q
-    for r in range(n_q):
-        new, best, old = w.impacts.answer[n_q + r], w.impacts.rates[r], w.y[n_q + r]
-        if abs(new - best) > _DISTINCT * (abs(new - old) + abs(best - old)) + _FEASIBLE * (abs(new) + abs(best)):
-            return False
-    return True
 
 
 @compiled

@@ -14,6 +14,17 @@ def no_acceleration(w: LoopArrays, i: int, jerk: float) -> float:
 
 
 @compiled(inline=True)
+def stays(a: float, b: float, c: float, little: float, time: float, now: float) -> bool:
+    """Whether a guard ``a + b t + c t^2/2`` is not negative just after; `now` is the rounding of the present time."""
+    little += abs(b) * now
+    if not abs(a) <= little:
+        return a > 0.0  # false for NaN
+    if not abs(b) * time <= little:
+        return b > 0.0
+    return c * time * time >= -little
+
+
+@compiled(inline=True)
 def little(w: LoopArrays, i: int) -> float:
     """Return the same without the rounding of time."""
     return arithmetic.little_acceleration(w.gauge[PULL, i], w.gauge[FORCES, i])

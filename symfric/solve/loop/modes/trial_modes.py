@@ -9,38 +9,49 @@ several solutions, and if no mode is right they have none: the paradox of Painle
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS
 from symfric.solve.loop.codes import MANY_CONTACTS, OK, OVERLAP, PAINLEVE, UNDECIDED
+from symfric.solve.loop.events.impact_choice import MOST_TRIALS, next_trial, strike
 from symfric.solve.loop.events.impacts import (
-    AFTER,
     LEAST,
-    MOST_TRIALS,
-    RATE,
     RESPONSE,
     SIZE,
     coupling,
     hold_exactly,
     is_open,
-    next_trial,
     overlaps,
     settle_bounces,
     settle_touches,
-    strike,
     told,
 )
 from symfric.solve.loop.events.time_steps import step_over
+from symfric.solve.loop.modes.last_bounces import dies_out, time_to_rest
 from symfric.solve.loop.modes.layout import backward, direction, forward
 from symfric.solve.loop.modes.mode_selection import change_switch, mark_fresh
+from symfric.solve.loop.modes.planes_that_open import (
+    aim_starts,
+    begin_planes,
+    forget_arrivals,
+    has_arrived,
+    is_undetermined,
+    plane_is_right,
+    set_plane,
+    take_start,
+)
 from symfric.solve.loop.modes.sticking_basis import share
-from symfric.solve.loop.modes.tolerances import doubt_of, doubted_acceleration, instant, natural_time, no_acceleration
+from symfric.solve.loop.modes.tolerances import (
+    doubt_of,
+    doubted_acceleration,
+    instant,
+    natural_time,
+    no_acceleration,
+    stays,
+)
 from symfric.solve.loop.modes.zero_slips import try_sticking
 from symfric.solve.loop.precision import ROUNDING
-from symfric.solve.loop.stepping.calls import prelude, probe
+from symfric.solve.loop.stepping.calls import measure, prelude, probe
 from symfric.solve.loop.workspace import LoopArrays
 
 _DEPENDENT = 1e-13  # pivot of the coupling, relative to its diagonal, below which a slip follows from others
 _SAME = 1e-9  # relative difference of accelerations up to which two modes are the same motion
-_LITTLE = 0.01  # flight of a contact that rocks, in tolerances of the natural time, that is negligible
-_INSTANTS = 128.0  # the same in rounding errors of the present time
-_ALIKE = 1e-6  # relative difference of flights that count as the same
 _ROUNDS = 8  # most repetitions because a kink was passed
 
 
@@ -56,10 +67,11 @@ def settle_openings(w: LoopArrays, starting: bool) -> int:
         w.impacts.entry_m[r] = w.m[r]
     if w.counts.jumped and not starting and overlaps(w, n_x):
         return OVERLAP
+    begin_planes(w)
     status = strike(w, n_c, starting)
     if status == OK:
         status = _select(w, n_x, n_c)
-    w.clock.late = _time_to_rest(w, n_x) if status == OK and not starting else 0.0
+    w.clock.late = time_to_rest(w, n_x) if status == OK and not starting else 0.0
     if w.clock.late > 0.0:
         for r in range(n_x):
             w.y[r] = w.impacts.entry_y[r]
@@ -67,77 +79,11 @@ def settle_openings(w: LoopArrays, starting: bool) -> int:
             w.m[r] = w.impacts.entry_m[r]
         settle_bounces(w)
         status = _select(w, n_x, n_c)
-    if status == OK and not starting and _dies_out(w, n_x):
+    if status == OK and not starting and dies_out(w, n_x):
         settle_touches(w)
         status = _select(w, n_x, n_c)
+    forget_arrivals(w)
     return status
-
-
-@compiled(inline=True)
-def _negligible(w: LoopArrays) -> float:
-    """Return the duration of a flight that is negligible."""
-    return max(_LITTLE * w.clock.tolerance * natural_time(w), _INSTANTS * instant(w))
-
-
-@compiled
-def _dies_out(w: LoopArrays, n_x: int) -> bool:
-    """Whether contacts that strike in turns, as of a block that rocks, leave each other for a negligible time."""
-    struck, leaves, little = False, False, _negligible(w)
-    for k in range(w.openings.variable.size):
-        struck = struck or w.impacts.struck[k] != 0
-        if w.impacts.touches[k] and w.impacts.rests[k] == 0:
-            g = n_x + w.limits.first_opening + 2 * k
-            v, a = told(w, AFTER, k), -2.0 * w.probe[g, 2]
-            if w.impacts.struck[k] or not 2.0 * v < a * little:
-                return False
-            leaves = True
-    return struck and leaves
-
-
-@compiled
-def _time_to_rest(w: LoopArrays, n_x: int) -> float:
-    """Return after which time the bounces of the contacts that struck have died out, 0 unless that is negligible.
-
-    With the rate v of the gap after the impact, its acceleration -a and jerk j, the flights last
-    ``s + j s^2/(3 a) + O(s^3)`` in all, ``s = 2 v/(a (1 - e))``, from ``s = 2 v/a (1 + e + e^2 + ...)`` without jerk.
-    The rest of this series and the height of the flights are below the tolerance; the motion in the mean is that of the
-    closed contact. This holds for one contact that no other one strikes meanwhile, and for several whose flights are
-    the same. A flight of a negligible time is the last one, at any e.
-    """
-    found, first, ratio, little = 0.0, 0.0, 0.0, _negligible(w)
-    for k in range(w.openings.variable.size):
-        v, g = told(w, AFTER, k), n_x + w.limits.first_opening + 2 * k
-        if w.impacts.struck[k] == 0 or not is_open(w, k):
-            continue
-        e, a, jerk = -v / told(w, RATE, k), -2.0 * w.probe[g, 2], 6.0 * w.probe[g, 3]
-        if a <= 0.0 or not e > 0.0:
-            return 0.0
-        flight = 2.0 * v / a
-        if flight <= little:
-            found = max(found, flight)
-            continue
-        if e >= 1.0:
-            return 0.0
-        rest = flight / (1.0 - e)
-        height, size = v * v / a, max(w.scale[g], told(w, SIZE, k))
-        bend = jerk * rest / a
-        if height > w.clock.tolerance * size or bend * bend * rest > w.clock.tolerance * natural_time(w):
-            return 0.0
-        if first > 0.0 and not (abs(flight - first) <= _ALIKE * first and abs(e - ratio) <= _ALIKE):
-            return 0.0
-        found, first, ratio = max(found, rest + bend * rest / 3.0), flight, e
-    return 0.0 if found > little and _another_strikes(w, n_x, found) else found
-
-
-@compiled
-def _another_strikes(w: LoopArrays, n_x: int, time: float) -> bool:
-    """Whether a contact that did not strike closes within a time, with the accelerations of the present mode."""
-    for k in range(w.openings.variable.size):
-        g = n_x + w.limits.first_opening + 2 * k
-        flies = is_open(w, k) and w.impacts.struck[k] == 0
-        if flies and w.probe[g, 0] + time * (w.probe[g, 1] + time * w.probe[g, 2]) < 0.0:
-            return True
-    return False
 
 
 @compiled
@@ -149,6 +95,9 @@ def _select(w: LoopArrays, n_x: int, n_c: int) -> int:
     for i in range(n_c):
         if _is_apart(w, i):
             w.selection.zero[i], w.m[i] = 0, 0.0
+    if has_arrived(w):  # its slip is what a straight line has left of it
+        hold_exactly(w)
+        measure(w, w.y, w.gauge)
     return _select_modes(w, n_x, n_c)
 
 
@@ -187,24 +136,33 @@ def _try_all(w: LoopArrays, n_x: int, n_c: int) -> int:
         total *= w.impacts.options[k]
     if total > MOST_TRIALS:
         return MANY_CONTACTS
-    best = -1
+    best, several = -1, False
     for _ in range(total):
         sticking = _set(w, n, n_c)
         share(w, n_c)
         _leave_dependents(w, n_c)
-        prelude(w)
-        probe(w)
-        if _is_right(w, n_x, n_c) and _followers_stay(w, n_x, n_c):
-            if best >= 0 and not _same_closed(w) and not _same_motion(w, n_q):
+        if is_undetermined(w):
+            return UNDECIDED
+        right = 0
+        for way in range(aim_starts(w, n_x)):
+            take_start(w, way)
+            prelude(w)
+            probe(w)
+            if not (_is_right(w, n_x, n_c) and _followers_stay(w, n_x, n_c)):
+                continue
+            same = best >= 0 and _same_motion(w, n_q)
+            if best >= 0 and not same and not _same_closed(w):
                 return PAINLEVE
+            several = several or (right > 0 and not same and sticking == best)
+            right += 1
             if sticking > best:
-                best = sticking
+                best, several = sticking, False
                 for r in range(w.m.size):
                     w.impacts.found[r] = w.m[r]
                 for r in range(n_q):
                     w.impacts.rates[r] = w.probe[n_q + r, 1]
         next_trial(w, n + n_c)
-    if best < 0:
+    if best < 0 or several:
         return PAINLEVE
     for r in range(w.m.size):
         w.m[r] = w.impacts.found[r]
@@ -240,8 +198,10 @@ def _leave_dependents(w: LoopArrays, n_c: int) -> None:
 @compiled(inline=True)
 def _options_of_line(w: LoopArrays, i: int) -> int:
     """Return the number of modes to try of friction along a line, apart from those of a contact that opens."""
-    if w.selection.zero[i] == 0 or _is_apart(w, i):
+    if w.selection.zero[i] == 0 or _is_apart(w, i) or 0 <= w.contacts.partner[i] < i:
         return 1
+    if w.contacts.partner[i] > i:
+        return 2
     return 3 if w.contacts.sticks[i] else 2
 
 
@@ -263,6 +223,10 @@ def _set(w: LoopArrays, n: int, n_c: int) -> int:
         if w.impacts.options[n + i] == 1:
             continue
         option, k = w.impacts.tried[n + i] + (w.contacts.sticks[i] == 0), w.contacts.opens[i]
+        if w.contacts.partner[i] >= 0:
+            set_plane(w, i, k >= 0 and is_open(w, k), option == 0)
+            held += option == 0 and not (k >= 0 and is_open(w, k))
+            continue
         if k >= 0 and is_open(w, k):
             w.m[i], w.m[direction(i, n_c)] = 0.0, 1.0
             continue
@@ -293,6 +257,10 @@ def _is_right(w: LoopArrays, n_x: int, n_c: int) -> bool:
             if w.impacts.rests[k] and w.impacts.tried[w.openings.variable.size + i] > 0:
                 return False  # the same mode as without slip
             continue
+        if w.contacts.partner[i] >= 0:
+            if w.contacts.partner[i] > i and not plane_is_right(w, n_x, i, time, now):
+                return False
+            continue
         if w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
             continue
         if w.m[i] > 0.5:
@@ -313,7 +281,7 @@ def _followers_stay(w: LoopArrays, n_x: int, n_c: int) -> bool:
     """Whether slips that are zero because they follow from others stay so: the gap they follow from may move."""
     time, now, probed, stay = natural_time(w), instant(w), False, True
     for i in range(n_c):
-        if w.m[i] != FOLLOWS:
+        if w.m[i] != FOLLOWS or w.contacts.partner[i] >= 0:
             continue
         w.m[i] = 0.0  # its friction does not change the motion that the others determine
         prelude(w)
@@ -327,17 +295,6 @@ def _followers_stay(w: LoopArrays, n_x: int, n_c: int) -> bool:
         prelude(w)
         probe(w)
     return stay
-
-
-@compiled(inline=True)
-def stays(a: float, b: float, c: float, little: float, time: float, now: float) -> bool:
-    """Whether a guard ``a + b t + c t^2/2`` is not negative just after; `now` is the rounding of the present time."""
-    little += abs(b) * now
-    if not abs(a) <= little:
-        return a > 0.0  # false for NaN
-    if not abs(b) * time <= little:
-        return b > 0.0
-    return c * time * time >= -little
 
 
 @compiled
