@@ -18,7 +18,7 @@ from symfric.locks import SYMBOLIC, alone
 
 _LONG = 4000  # instructions of a function that is called seldom, beyond which compiling takes longer than it saves
 Code = ca.Function | Written | Drafted
-_FORMAT = 6  # version of the generated code, part of the cache key
+_FORMAT = 7  # version of the generated code, part of the cache key
 
 
 @dataclass(frozen=True)
