@@ -21,6 +21,7 @@ IntegerMatrix = Annotated[np.ndarray, (int, 2)]
 
 WIDTH = 4  # width of the table: address and shape
 WORD = 8  # bytes per number
+VECTOR = 8  # numbers that compiled code takes at once
 
 
 class Scalars(np.ndarray):

@@ -19,7 +19,7 @@ from symfric.locks import SYMBOLIC, alone
 _LONG = 4000  # instructions of a function that is called seldom, beyond which compiling takes longer than it saves
 _MANY = 3000  # instructions of a scene from which on they are compiled fast at first
 Code = ca.Function | Written | Drafted
-_FORMAT = 7  # version of the generated code, part of the cache key
+_FORMAT = 8  # version of the generated code, part of the cache key
 _provided: dict[tuple[str, ...], object] = {}  # engines of shared functions, by their names
 
 

@@ -6,6 +6,7 @@ from typing import Any, ParamSpec, TypeVar, get_type_hints, overload
 import numpy as np
 from llvmlite import ir
 from numba import njit, types
+from numba.core.cgutils import alloca_once_value, for_range, get_or_insert_function
 from numba.core.typing.templates import AttributeTemplate
 from numba.extending import (
     infer_getattr,
@@ -19,7 +20,7 @@ from numba.extending import (
 from numba.extending import overload as meaning
 from numba.np.arrayobj import make_array, populate_array
 
-from symfric.codegen.array_table import WIDTH, WORD, ArraySet, Scalars
+from symfric.codegen.array_table import VECTOR, WIDTH, WORD, ArraySet, Scalars
 from symfric.codegen.elementwise import bits_of, choose, larger, of_bits, smaller
 
 _P = ParamSpec("_P")
@@ -272,3 +273,42 @@ def call_code(typing_context: Any, address: Any, a: Any, b: Any, out: Any) -> An
         return context.get_dummy_value()
 
     return types.void(types.int64, types.uintp, types.uintp, types.uintp), generate
+
+
+@inlined
+def signs_of_sums(typing_context: Any, table: Any, factors: Any, rows: Any, blocks: Any, sums: Any) -> Any:
+    """Compute ``sums[j] = sum(factors[k] table[k, j])`` over all rows; bit j of the result says that it is negative.
+
+    The arguments are addresses, that of the table and of the sums each of `VECTOR` times `blocks` columns. The table is
+    zero where k > j. Each product is added with one rounding, in the order of the rows.
+    """
+
+    def generate(context: Any, builder: Any, signature: Any, args: Any) -> Any:
+        word, double = ir.IntType(64), ir.DoubleType()
+        vector, number = ir.VectorType(double, VECTOR), lambda n: ir.Constant(word, n)
+        fma = get_or_insert_function(builder.module, ir.FunctionType(vector, [vector] * 3), f"llvm.fma.v{VECTOR}f64")
+        table, sums = (builder.inttoptr(args[k], vector.as_pointer()) for k in (0, 4))
+        factors, (rows, blocks) = builder.inttoptr(args[1], double.as_pointer()), args[2:4]
+        zero, found = ir.Constant(vector, [0.0] * VECTOR), alloca_once_value(builder, number(0))
+        total = alloca_once_value(builder, zero)
+        with for_range(builder, blocks) as block:
+            builder.store(zero, total)
+            end = builder.mul(builder.add(block.index, number(1)), number(VECTOR))
+            some = builder.select(builder.icmp_signed("<", end, rows), end, rows)
+            with for_range(builder, some) as row:
+                place = builder.add(builder.mul(row.index, blocks), block.index)
+                column = builder.load(builder.gep(table, [place]), align=WORD)
+                one = builder.insert_element(
+                    ir.Constant(vector, ir.Undefined), builder.load(builder.gep(factors, [row.index])), number(0)
+                )
+                same = ir.Constant(ir.VectorType(ir.IntType(32), VECTOR), [0] * VECTOR)
+                factor = builder.shuffle_vector(one, ir.Constant(vector, ir.Undefined), same)
+                builder.store(builder.call(fma, [column, factor, builder.load(total)]), total)
+            last = builder.load(total)
+            builder.store(last, builder.gep(sums, [block.index]), align=WORD)
+            bits = builder.bitcast(builder.fcmp_ordered("<", last, zero), ir.IntType(VECTOR))
+            own = builder.shl(builder.zext(bits, word), builder.mul(block.index, number(VECTOR)))
+            builder.store(builder.or_(builder.load(found), own), found)
+        return builder.load(found)
+
+    return types.int64(types.uintp, types.uintp, types.int64, types.int64, types.uintp), generate

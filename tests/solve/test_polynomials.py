@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from symfric.solve.loop.events.bernstein import DEPTH, bernstein_table
+from symfric.codegen.array_table import VECTOR
+from symfric.solve.loop.events.bernstein import DEPTH, bernstein_columns, bernstein_table
 from symfric.solve.loop.events.polynomials import (
     extend_range,
     first_crossing,
@@ -19,7 +20,7 @@ from symfric.solve.loop.events.polynomials import (
 )
 
 ORDER = 30
-TABLE = bernstein_table(ORDER)
+TABLE, COLUMNS = bernstein_table(ORDER), bernstein_columns(ORDER, VECTOR)
 derandomized = settings(derandomize=True, deadline=None, max_examples=300)
 inside = st.floats(0.01, 0.99)
 
@@ -40,8 +41,9 @@ def all_roots(b, most=ORDER):
 
 def crossing(b):
     stack, found = room()
-    b = padded(b)
-    return first_crossing(b, len(b) - 1, 1.0, b[0], np.sum(np.abs(b[1:])), TABLE, stack, found, np.zeros(ORDER + 5))
+    b, n = padded(b), len(b) - 1
+    total, own = np.sum(np.abs(b[1:])), np.zeros(ORDER + 5)
+    return first_crossing(b, n, 1.0, b[0], total, COLUMNS, TABLE, stack, found, own)
 
 
 def test_a_guard_that_starts_at_zero_without_a_slope():
@@ -203,6 +205,28 @@ def test_range_contains_every_sample_and_is_attained(b):
 def test_range_grows_only():
     assert span([0.0, 1.0], -3.0, 5.0) == (-3.0, 5.0)
     assert span([0.0, 4.0, -4.0], 0.0, 0.5) == (0.0, 1.0)
+
+
+def decay(rate):
+    """Series of exp(-rate s), of which the terms alternate and cancel."""
+    return [(-rate) ** k / math.factorial(k) for k in range(ORDER + 1)]
+
+
+@pytest.mark.parametrize("rate", [0.5, 3.0, 8.0])
+def test_a_decaying_guard_crosses_in_its_place_or_not_at_all(rate):
+    left = math.exp(-rate)
+    for level in (0.25, 0.5, 0.9):
+        b = decay(rate)
+        b[0] -= left + level * (1 - left)
+        assert crossing(b) == pytest.approx(-math.log(left + level * (1 - left)) / rate, abs=1e-13)
+        b[0] += (1.0 + level) * (1 - left)  # stays above zero by a multiple of what is left
+        assert crossing(b) == 2.0
+
+
+def test_columns_are_those_of_the_highest_degree():
+    assert np.array_equal(COLUMNS[:, : ORDER + 1], TABLE[ORDER].T)
+    assert COLUMNS.shape[1] % VECTOR == 0
+    assert np.all(COLUMNS[:, ORDER + 1 :] == 1.0)
 
 
 def test_bare_sign_sampling_would_miss_the_graze():

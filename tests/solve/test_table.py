@@ -62,6 +62,7 @@ def tables(monkeypatch, tmp_path):
 
     def switch():
         monkeypatch.setattr(expansion, "LONG", 0)
+        monkeypatch.setenv("SYMFRIC_CACHE_DIR", str(tmp_path / "tables"))  # in the other are series without tables
         return made
 
     return switch

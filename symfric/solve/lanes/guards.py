@@ -4,14 +4,14 @@ What is found is what `symfric.solve.loop.events.first_event` finds, to the bit;
 to it.
 """
 
-from collections.abc import Sequence
-
 from symfric.codegen.elementwise import choose, larger, smaller
 from symfric.codegen.lane_values import Value, moves
 from symfric.lower.mode_layout import contact_of, is_slip
 from symfric.solve.lanes.kernel import Kernel, Row
+from symfric.solve.lanes.polynomials import only_root
 from symfric.solve.loop import statements
-from symfric.solve.loop.precision import EPS, LEAST_TERM, MARCHES, NEAREST, TIE, TOUCH
+from symfric.solve.loop.events.bernstein import bernstein_columns
+from symfric.solve.loop.precision import EPS, LEAST_TERM, NEAREST, TIE, TOUCH
 
 
 def _begin(kernel: Kernel, i: int, row: Row, total: Value) -> Value:
@@ -111,49 +111,45 @@ def first(kernel: Kernel, row: Row, i: int, total: Value, far: Value, tau: Value
 
 
 def _crossing(kernel: Kernel, row: Row, i: int, total: Value, near: Value, need: Value) -> tuple[Value, Value]:
-    """Return when a guard becomes negative, and where that is in doubt; see `first_crossing` and `_march`."""
-    g, n, begin = kernel.g, kernel.plan.order, row[0]
+    """Return when a guard becomes negative, and where that is in doubt; see `first_crossing`.
+
+    A guard whose Bernstein coefficients change their sign more than once is.
+    """
+    g, begin = kernel.g, row[0]
     edge = (begin <= 2.0 * EPS * _scale(kernel, i)) & (row[1] < 0.0)
     fresh = kernel.fresh(i)
     doubt = need & ((begin < 0.0) | (edge if fresh is False else edge & ~fresh))
-    with g.apart():
-        bend = statements.largest_bend(row, n, near)
-    straight = g.equal(bend, 0.0) if moves(bend) else True
+    square = near * near
+    b, powers = [begin], [near, square]
+    for e in row[1:]:
+        b.append(g.rounded(e * powers[0]))
+        powers = [powers[1], powers[0] * square]
+    bent = sum((abs(e) for e in b[3:]), abs(b[2]))
+    straight = g.equal(bent, 0.0) if moves(bent) else True
     steep = begin < -row[1] * near
     line = choose(steep, -begin / choose(steep, row[1], 1.0), 2.0 * near)
-    if not moves(bend):
+    if not moves(bent):
         return line, doubt
-    search = need & ~doubt & ~straight & ~_stays(kernel, row, begin, total, near)
-    padded = [*row, 0.0, 0.0, 0.0]
-
-    def body(state: Sequence[Value]) -> Row:
-        go, t, f, slope, found, lost, rounds = state
-        falls = slope < 0.0
-        with g.apart():
-            root = g.sqrt(slope * slope + 2.0 * bend * f)
-        step = choose(falls, 2.0 * f, slope + root) / choose(falls, root - slope, bend)
-        near_enough = go & falls & (bend * step * step <= -1e-16 * slope * t)
-        new = t + step
-        inside = new < near
-        found = choose(near_enough & inside, new, found)
-        go = go & ~near_enough & inside
-        at_start = g.equal(new, 0.0)
-        with g.apart():
-            f_new, slope_new = statements.value_and_slope(padded, n, new)
-        on = go & (f_new <= 0.0)
-        found = choose(on, new, found)
-        rounds = rounds - 1.0
-        live = go & ~on & ~at_start
-        late = live & ~(rounds > 0.0)
-        live = live & ~late
-        news = [choose(live, a, o) for a, o in ((new, t), (f_new, f), (slope_new, slope))]
-        return [live, *news, found, lost | (go & at_start) | late, rounds]
-
-    zero = near - near
     never = choose(straight, line, 2.0 * near)
-    start = [search, zero, begin, row[1], never, search & ~search, zero + float(MARCHES)]
-    _, _, _, _, found, lost, _ = g.loop(start, body)
-    return found, doubt | lost
+    search = need & ~doubt & ~straight & ~_stays(kernel, row, begin, total, near)
+    found, several = g.branch(search, [never, False], lambda olds: _by_signs(kernel, b, near, search, olds[0]))
+    return found, g.logic("or", doubt, several)
+
+
+def _by_signs(kernel: Kernel, b: Row, near: Value, search: Value, never: Value) -> Row:
+    """Return the time of the only change of sign in some lanes, and where there may be several."""
+    g, table, last = kernel.g, bernstein_columns(kernel.plan.order, 1), b[0]
+    falls: Value = False
+    several: Value = False
+    for j in range(1, len(b)):
+        last = 0.0
+        for k in range(j + 1):
+            last = g.fma(float(table[k, j]), b[k], last)
+        falls, before = last < 0.0, falls
+        several = g.logic("or", several, g.logic("and", before, g.opposite(falls)))
+    alone = search & g.logic("and", falls, g.opposite(several))
+    time, lost = only_root(kernel, b, last, alone)
+    return [choose(alone, g.rounded(near * time), never), g.logic("or", g.logic("and", search, several), lost)]
 
 
 def natural_time(kernel: Kernel) -> Value:

@@ -10,6 +10,7 @@ from symfric.codegen.lane_values import Value, moves
 from symfric.model.rows import FOLLOW, INTEGRAL, RANGE, VALUES
 from symfric.solve.lanes.fields import NOTED
 from symfric.solve.lanes.kernel import Kernel, Row
+from symfric.solve.lanes.polynomials import parabola_root
 from symfric.solve.loop import statements
 from symfric.solve.loop.precision import HALF_OF_DIGITS, LATE
 
@@ -131,10 +132,7 @@ def _summit(kernel: Kernel, b: Row, first: Value, last: Value, lanes: Value) -> 
     """
     g, n, zero = kernel.g, kernel.plan.order, first - first
     b = [e if moves(e) else zero + e for e in b]
-    rises, bend = first < 0.0, 2.0 * b[2]
-    with g.apart():
-        root = g.sqrt(larger(bend * bend - 4.0 * (first * ((last - first) - bend)), 0.0))
-    s = 2.0 * abs(first) / (root + choose(rises, bend, -bend))
+    s = parabola_root(kernel, first, last, 2.0 * b[2])
 
     def body(state: Row) -> Row:
         go, s, lo, hi, place, value, rounds = state

@@ -6,7 +6,8 @@ TIE = 1e-13  # derivative relative to its scale that counts as zero
 MOST_DOUBT = 1e-3  # largest error of a stick force, relative to its bound, attributed to the error of the run
 TOUCH = 10.0  # depth below zero, in tolerances of its largest value, up to which a load only touches zero
 HALF_OF_DIGITS = 1e-5  # step to the place of an extremum, as part of a step of the run, after which it is known to half
-MARCHES = 12  # steps towards a crossing before subdivision takes over; a simple root needs about five
+LAST_STEP = 1e-9  # step of Newton's method, relative, after which a root is known to rounding
+MARCHES = 12  # steps towards a crossing before subdivision takes over
 TINY = 1e-300  # scale that counts as zero
 # factor by which a step may be longer if an event or the end follows: at order 20 its error is three times as large,
 # still below the tolerance, see MARGIN in `symfric.solve.taylor.route`

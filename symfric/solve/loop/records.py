@@ -50,6 +50,7 @@ class Tables(ArraySet):
     damping: Reals  # weights of the coefficients in weighted steps, (order + 1,)
     exposed: Integers  # rows whose coefficients may miss features, (n_h,)
     bernstein: Cube  # table of Bernstein coefficients
+    columns: Matrix  # the same of the highest degree, for vectors, see `.events.bernstein.bernstein_columns`
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

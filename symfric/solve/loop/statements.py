@@ -87,17 +87,6 @@ def value_and_slope(b: Value, n: Value, t: Value) -> Value:
     return (a0 + t * a1) + square * (a2 + t * a3), (d1 + t * d2) + (d0 / t + square * d3)
 
 
-def largest_bend(b: Value, n: Value, h: Value) -> Value:
-    """Return a bound of the second derivative of b on [0, h]; nothing is fused."""
-    bend, power, weight, more = 0.0, 1.0, 2.0, 4.0
-    for k in range(2, n + 1):
-        bend += weight * (power * abs(b[k]))
-        power *= h
-        weight += more
-        more += 2.0
-    return bend
-
-
 # -- the end of a step
 def summed(total: Value, low: Value, more: Value) -> Value:
     """Add to a sum and its rounding error (Kahan, Communications of the ACM 8, 1965); return both."""

@@ -7,14 +7,14 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from symfric.codegen.array_table import Matrix, Reals
+from symfric.codegen.array_table import VECTOR, Matrix, Reals
 from symfric.lower.automaton import Automaton
 from symfric.lower.linear_modes import Matrices
 from symfric.lower.mode_layout import backward, sign
 from symfric.lower.structure_modes import StructureMatrices
 from symfric.model.rows import Row
 from symfric.solve.loop.codes import COUPLING, JUMP
-from symfric.solve.loop.events.bernstein import DEPTH, bernstein_table
+from symfric.solve.loop.events.bernstein import DEPTH, bernstein_columns, bernstein_table
 from symfric.solve.loop.events.direction_sizes import MOST_ANGLES, QUARTIC, SAMPLES
 from symfric.solve.loop.records import (
     Basis,
@@ -199,9 +199,7 @@ def make_arrays(
             follows=_numbers([r.follows for r in rows]),
             start=np.array([r.start for r in rows], dtype=float),
         ),
-        tables=Tables(
-            damping=weights(order), exposed=_numbers(exposed), bernstein=bernstein_table(max(order, QUARTIC))
-        ),
+        tables=_tables(order, exposed),
         matrices=matrices,
         powers=powers,
         step=Step.zeros(
@@ -266,6 +264,15 @@ def make_arrays(
             held=n_n + n_c if impact else 0,
         ),
         planes=_planes(automaton),
+    )
+
+
+def _tables(order: int, exposed: list[int]) -> Tables:
+    return Tables(
+        damping=weights(order),
+        exposed=_numbers(exposed),
+        bernstein=bernstein_table(max(order, QUARTIC)),
+        columns=bernstein_columns(order, VECTOR),
     )
 
 

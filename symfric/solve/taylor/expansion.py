@@ -5,8 +5,6 @@ coefficient k + 1 of the state. What depends on parameters and mode alone is spl
 per mode.
 """
 
-from functools import lru_cache
-
 import casadi as ca
 
 from symfric.codegen.instructions import BRANCHING, Node, read
@@ -21,7 +19,6 @@ from symfric.solve.taylor.table import LONG, OperationTable, length
 # moving operations for which two orders, or one, are. In larger systems this costs more than it saves: by measurement
 # the second order makes a cubic law 10 % faster and LuGre's 10 % slower.
 _STATES, _TWO, _ONE = 4, 20, 100
-_KEPT = 8  # series of the last scenes, which those of the same equations with other numbers share
 _GATHERED = 6_000  # instructions of a field whose sums are gathered; in longer ones most are rows of numbers already
 
 
@@ -34,16 +31,6 @@ def is_branching(field: ca.Function) -> bool:
 def is_long(field: ca.Function, order: int) -> bool:
     """Whether the series of a field is a table of its operations; see `symfric.solve.taylor.table`."""
     return length(read(field)[0], order) > LONG
-
-
-def shared_series(field: ca.Function, order: int, suffix: str = "") -> Series:
-    """Return what `expand` does, made once for scenes of the same equations with other numbers."""
-    return _shared_series(field.serialize(), order, suffix, LONG)
-
-
-@lru_cache(maxsize=_KEPT)
-def _shared_series(text: str, order: int, suffix: str, _longest: int) -> Series:
-    return expand(ca.Function.deserialize(text), order, suffix)
 
 
 def expand(field: ca.Function, order: int, suffix: str = "") -> Series:

@@ -10,7 +10,8 @@ from symfric.solve.loop.model import series_model
 from symfric.solve.loop.stepping.series import Series
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.program import Numbers
-from symfric.solve.taylor.expansion import is_branching, is_long, shared_series
+from symfric.solve.taylor.expansion import is_branching, is_long
+from symfric.solve.taylor.kept_series import kept_series
 from symfric.solve.taylor.laned import Laned
 
 if TYPE_CHECKING:
@@ -63,9 +64,9 @@ def variants_of(automaton: Automaton, order: int, sticker: int) -> list[Series]:
     number would double with every contact. In a long series conditions take a negligible part of the time.
     """
     if sticker < 0 or is_long(automaton.field, order):
-        return [shared_series(automaton.field, order)]
+        return [kept_series(automaton.field, order)]
     return [
-        shared_series(_fixed(automaton.field, sticker, stick), order, name)
+        kept_series(_fixed(automaton.field, sticker, stick), order, name)
         for stick, name in ((0, "_slip"), (1, "_stick"))
     ]
 

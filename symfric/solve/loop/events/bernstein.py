@@ -17,3 +17,10 @@ def bernstein_table(order: int) -> np.ndarray:
         for j in range(n + 1):
             table[n, j, : j + 1] = binomial[j, : j + 1] / binomial[n, : j + 1]
     return table
+
+
+def bernstein_columns(order: int, block: int) -> np.ndarray:
+    """Return the table of the highest degree, powers as rows, (order + 1, whole blocks); the last column repeats."""
+    table = bernstein_table(order)[order].T
+    more = -(order + 1) % block
+    return np.ascontiguousarray(np.hstack([table, np.repeat(table[:, -1:], more, axis=1)]))

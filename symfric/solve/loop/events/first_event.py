@@ -104,8 +104,18 @@ def _passing(w: LoopArrays, r: int, first: int, h: float, begin: float, total: f
         return 0.0
     if first == order:
         return 2.0 * h
+    tables, rooms = w.tables, w.roots
     return first_crossing(
-        w.c[r, first:], order - first, h, begin, total, w.tables.bernstein, w.roots.stack, w.roots.found, w.roots.poly
+        w.c[r, first:],
+        order - first,
+        h,
+        begin,
+        total,
+        tables.columns,
+        tables.bernstein,
+        rooms.stack,
+        rooms.found,
+        rooms.poly,
     )
 
 

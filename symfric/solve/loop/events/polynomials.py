@@ -1,17 +1,18 @@
 """Roots and extrema of polynomials on an interval, with guaranteed detection.
 
-A polynomial is a row of coefficients ``b[0..n]``. A first crossing is approached from below in steps that cannot pass
-it; where these get short (a graze), Bernstein subdivision decides. Sampling signs would miss a guard that dips below
-zero and returns within a step; the signs of the Bernstein coefficients cannot, by the variation-diminishing property
-(Lane and Riesenfeld, Bounds on a polynomial, BIT 21 (1981) 112).
+A polynomial is a row of coefficients ``b[0..n]``. Its Bernstein coefficients have at least as many changes of sign as
+it has roots, by the variation-diminishing property (Lane and Riesenfeld, Bounds on a polynomial, BIT 21 (1981) 112):
+without one there is no crossing, and with one a single root. With more, as before a graze, a first crossing is
+approached from below in steps that cannot pass it; where these get short, subdivision decides. Sampling signs would
+miss a guard that dips below zero and returns within a step.
 """
 
 import numpy as np
 
-from symfric.codegen.array_table import Cube, Matrix, Reals
-from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.arithmetic import largest_bend, value, value_and_slope
-from symfric.solve.loop.precision import HALF_OF_DIGITS, MARCHES
+from symfric.codegen.array_table import VECTOR, Cube, Matrix, Reals
+from symfric.codegen.numba_types import compiled, signs_of_sums
+from symfric.solve.loop.arithmetic import value, value_and_slope
+from symfric.solve.loop.precision import HALF_OF_DIGITS, LAST_STEP, MARCHES
 
 
 @compiled(fused=True, from_python=True)
@@ -43,7 +44,7 @@ def polish(b: Reals, n: int, lo: float, hi: float, f_lo: float, f_hi: float) -> 
 
 @compiled(inline=True, fused=False, ieee_division=True, from_python=True)
 def _guess(first: float, last: float, slope: float) -> float:
-    """Return the root between 0 and 1 of the parabola with these ends and this slope at 0; see `_march`."""
+    """Return the root between 0 and 1 of the parabola with these ends and this slope at 0."""
     bend = (last - first) - slope
     root = np.sqrt(max(slope * slope - 4.0 * (first * bend), 0.0))
     return 2.0 * abs(first) / (root + (slope if first < 0.0 else -slope))
@@ -172,10 +173,12 @@ def _march(b: Reals, n: int, h: float) -> float:
     """Step from 0 towards the first crossing without passing it; NaN if that takes too many steps.
 
     With |b''| <= bend on [0, h], b stays above ``f + slope s - bend s^2/2`` behind every point: the root of this
-    parabola is safe, and converges to a simple root of b as fast as Newton's method. Nothing is fused, because of two
-    products in a sum compilers choose one: the lanes of `symfric.solve.lanes` are to end at the same bits.
+    parabola is safe, and converges to a simple root of b as fast as Newton's method.
     """
-    bend = largest_bend(b, n, h)
+    bend, power = 0.0, 1.0
+    for k in range(2, n + 1):
+        bend += k * (k - 1) * (power * abs(b[k]))
+        power *= h
     t, f, slope = 0.0, b[0], b[1]
     if bend == 0.0:
         return -f / slope if f < -slope * h else 2.0 * h
@@ -195,9 +198,44 @@ def _march(b: Reals, n: int, h: float) -> float:
     return np.nan
 
 
+@compiled(inline=True, fused=False, ieee_division=True, from_python=True)
+def _only_root(b: Reals, n: int, last: float) -> float:
+    """Return the only root of b, zero beyond n, in (0, 1); b[0] is not negative, and b is `last` < 0 at 1.
+
+    Nothing is fused, because of two products in a sum compilers choose one: the lanes of `symfric.solve.lanes` are to
+    end at the same bits.
+    """
+    lo, hi = 0.0, 1.0
+    s = _guess(b[0], last, b[1])
+    for _ in range(100):
+        if not lo < s < hi:
+            s = 0.5 * (lo + hi)
+            if not lo < s < hi:
+                break
+        f, slope = value_and_slope(b, n, s)
+        if f >= 0.0:
+            lo = s
+        else:
+            hi = s
+        new = s - f / slope
+        if lo <= new <= hi and abs(new - s) <= LAST_STEP * s:
+            return new
+        s = new
+    return hi
+
+
 @compiled(inline=True, fused=True, from_python=True)
 def first_crossing(
-    b: Reals, n: int, h: float, start: float, total: float, table: Cube, stack: Matrix, found: Reals, own: Reals
+    b: Reals,
+    n: int,
+    h: float,
+    start: float,
+    total: float,
+    columns: Matrix,
+    table: Cube,
+    stack: Matrix,
+    found: Reals,
+    own: Reals,
 ) -> float:
     """Return the first time in (0, h) at which b, not negative at 0, becomes negative; 2 h if it does not.
 
@@ -212,17 +250,37 @@ def first_crossing(
         Value used as b[0], not negative.
     total : float
         Sum of the magnitudes of the terms 1 .. n at h, or a bound of it.
-    table, stack, found : ndarray
+    columns, table : ndarray
+        From `symfric.solve.loop.events.bernstein`, for the highest degree and for all.
+    stack, found : ndarray
         As for `roots`.
     own : ndarray
-        Work space, at least n + 4.
+        Work space, at least four more than the rows of `columns`.
     """
     if n >= 2 and _stays_above(b, h, start, total):
         return 2.0 * h
-    own[0] = start
+    order, width = columns.shape[0] - 1, columns.shape[1]
+    own[0], square, bent = start, h * h, 0.0
+    odd, even = h, square  # in two chains
+    for k in range(1, n, 2):
+        own[k], own[k + 1] = b[k] * odd, b[k + 1] * even
+        odd *= square
+        even *= square
+    if n % 2 == 1:
+        own[n] = b[n] * odd
+    for k in range(2, n + 1):
+        bent += abs(own[k])
+    if bent == 0.0:
+        return -start / b[1] if start < -b[1] * h else 2.0 * h
+    own[n + 1 : order + 4] = 0.0
+    negative = signs_of_sums(columns.ctypes.data, own.ctypes.data, order + 1, width // VECTOR, stack.ctypes.data)
+    if negative == 0:
+        return 2.0 * h
+    positive = ~((negative << (64 - width)) >> (64 - width))  # the last column continues
+    if positive & (positive + 1) == 0:  # positive, then negative
+        return h * _only_root(own, order, stack[0, order])
     for k in range(1, n + 1):
         own[k] = b[k]
-    own[n + 1 : n + 4] = 0.0
     t = _march(own, n, h)
     if t >= 0.0:
         return t
