@@ -1,29 +1,28 @@
-"""Impacts of contacts that open: which strike, and what each of them does; see `symfric.lower.impacts`.
+"""Impacts of contacts that open: the questions to the impact, see `symfric.lower.impacts`, and what its answer does.
 
-What all contacts that touch do is tried in every combination, and the one with the largest least margin is taken, so
-that ties, where one of several is on the border between two, need no threshold.
+What every contact does in it is chosen by `symfric.solve.loop.events.impact_choice`.
 """
 
-import numpy as np
-
+from symfric.codegen.array_table import Reals
 from symfric.codegen.numba_types import call_code, compiled
-from symfric.lower.impacts import APART, FIELDS, SLIPS, STICKS, TURNS
+from symfric.lower.impacts import APART, FIELDS
 from symfric.lower.mode_layout import OPEN
-from symfric.solve.loop.codes import IMPACT, MANY_CONTACTS, OK, PAINLEVE, SLIP, TERMS
+from symfric.solve.loop.codes import IMPACT, TERMS
 from symfric.solve.loop.modes.layout import mode
 from symfric.solve.loop.modes.tolerances import instant
-from symfric.solve.loop.precision import ROUNDING, TINY
+from symfric.solve.loop.precision import ROUNDING
 from symfric.solve.loop.recording.trajectory import store_event
 from symfric.solve.loop.stepping.calls import measure
 from symfric.solve.loop.workspace import LoopArrays
 
 MOST_TRIALS = 20_000  # most combinations that are tried
-_FEASIBLE = 1e-9  # margin, relative to the largest rate of a gap, down to which a combination is possible
+FEASIBLE = 1e-9  # margin, relative to the largest rate of a gap, down to which a combination is possible
 _JAM = 1e2  # normal force, relative to that of forces that do not cancel, that grows without bound
-_DISTINCT = 1e-6  # the same beyond which a second possible combination is another answer
-_OVERLAP, _DRIFTS, _MOST = 1e-9, 1e3, 1e-2  # negative gap that is an overlap, relative; the same per tolerance; at most
+_OVERLAP = 1e-9  # negative gap, relative to its terms, that is an overlap
 _TOGETHER = 64.0  # rounding errors of time between impacts that come at the same time
-GAP, SIZE, RATE, SPEED, LEAST, RESPONSE, AFTER, FIRST, SECOND = range(9)  # of the answer, n numbers each
+# rows of the answer, a number of every contact each
+GAP, SIZE, RATE, SPEED, LEAST, RESPONSE, AFTER, FIRST, SECOND, KINETIC, STATIC = range(11)
+_ROWS = 11
 
 
 @compiled(inline=True)
@@ -33,22 +32,34 @@ def told(w: LoopArrays, what: int, k: int) -> float:
 
 
 @compiled(inline=True)
-def _states(w: LoopArrays) -> int:
-    """Return the number of states of the motion, without appended derivatives."""
-    n = w.openings.variable.size
-    return w.impacts.answer.size - 9 * n - 2 - (w.contacts.sticks.size + n) ** 2
+def told_exactly(w: LoopArrays, what: int, k: int) -> float:
+    """Return what the last call of the other impact, in ``w.impacts.exact``, says of contact k."""
+    return w.impacts.exact[_states(w) + what * w.openings.variable.size + k]
 
 
 @compiled(inline=True)
-def _after_fields(w: LoopArrays) -> int:
+def ask_exactly(w: LoopArrays, y: Reals) -> None:
+    """Compute the other impact, of a state y, with the present data."""
+    call_code(w.code[IMPACT], y.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.exact.ctypes.data)
+
+
+@compiled(inline=True)
+def _states(w: LoopArrays) -> int:
+    """Return the number of states of the motion, without appended derivatives."""
+    n = w.openings.variable.size
+    return w.impacts.answer.size - _ROWS * n - 2 - (w.contacts.sticks.size + n) ** 2
+
+
+@compiled(inline=True)
+def after_rows(w: LoopArrays) -> int:
     """Return where the energy gained stands in the answer, its scale and the coupling of all contacts behind it."""
-    return _states(w) + 9 * w.openings.variable.size
+    return _states(w) + _ROWS * w.openings.variable.size
 
 
 @compiled(inline=True)
 def coupling(w: LoopArrays, i: int, j: int) -> float:
     """Return what a force of contact j does to contact i: contacts along a line, then the gaps of those that open."""
-    return w.impacts.answer[_after_fields(w) + 2 + (w.contacts.sticks.size + w.openings.variable.size) * j + i]
+    return w.impacts.answer[after_rows(w) + 2 + (w.contacts.sticks.size + w.openings.variable.size) * j + i]
 
 
 @compiled(inline=True)
@@ -58,13 +69,21 @@ def is_open(w: LoopArrays, k: int) -> bool:
 
 
 @compiled(inline=True)
-def _ask(w: LoopArrays) -> None:
+def ask(w: LoopArrays) -> None:
     """Compute the impact with the present data."""
     call_code(w.code[IMPACT], w.y.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.answer.ctypes.data)
 
 
+@compiled
+def ask_of_none(w: LoopArrays) -> None:
+    """Lay out the data of an impact in which no contact takes part, and compute it: gaps, their rates, the coupling."""
+    for r in range(w.impacts.asked.size):
+        w.impacts.asked[r] = w.p[r] if r < w.p.size else 0.0
+    ask(w)
+
+
 @compiled(inline=True)
-def _field(w: LoopArrays, field: int, k: int) -> int:
+def field(w: LoopArrays, field: int, k: int) -> int:
     """Return the place of a number of contact k in the data of an impact: kind, direction, bounce, closed."""
     return w.p.size + field * w.openings.variable.size + k
 
@@ -73,11 +92,11 @@ def _field(w: LoopArrays, field: int, k: int) -> int:
 def forget_closed(w: LoopArrays, first: int) -> None:
     """Let no gap be zero in a copy of the data: at the start derivatives may move the rate of a closed one."""
     for k in range(w.openings.variable.size):
-        w.saltation.before[first + _field(w, 3, k) - w.p.size] = 0.0
+        w.saltation.before[first + field(w, 3, k) - w.p.size] = 0.0
 
 
 @compiled(inline=True)
-def _rules(w: LoopArrays) -> int:
+def rules(w: LoopArrays) -> int:
     """Return the place of the two flags of the rule behind the numbers of every contact."""
     return w.p.size + FIELDS * w.openings.variable.size
 
@@ -85,22 +104,18 @@ def _rules(w: LoopArrays) -> int:
 @compiled
 def begin_impact(w: LoopArrays, starting: bool) -> bool:
     """Determine which contacts touch, and whether one of them strikes."""
-    n, n_p, strikes, now = w.openings.variable.size, w.p.size, False, _TOGETHER * instant(w)
-    for r in range(n_p):
-        w.impacts.asked[r] = w.p[r]
-    for r in range(n_p, w.impacts.asked.size):
-        w.impacts.asked[r] = 0.0
-    _ask(w)
-    for k in range(n):
+    strikes, now = False, _TOGETHER * instant(w)
+    ask_of_none(w)
+    for k in range(w.openings.variable.size):
         gap, rate = told(w, GAP, k), told(w, RATE, k)
         closed = not starting and not is_open(w, k)
         near = gap <= ROUNDING * told(w, SIZE, k) - min(rate, 0.0) * now
         w.impacts.touches[k] = closed or near or (not starting and w.guards.hit[w.limits.first_opening + 2 * k] != 0)
         w.impacts.struck[k] = 0
-        w.impacts.asked[_field(w, 2, k)] = 1.0
+        w.impacts.asked[field(w, 2, k)] = 1.0
         if w.impacts.touches[k]:
             still = abs(rate) <= ROUNDING * told(w, SPEED, k) or (closed and not w.counts.jumped)
-            w.impacts.asked[_field(w, 3, k)] = still
+            w.impacts.asked[field(w, 3, k)] = still
             strikes = strikes or (not still and rate < 0.0)
         else:
             w.m[w.openings.variable[k]] = 1.0
@@ -108,19 +123,25 @@ def begin_impact(w: LoopArrays, starting: bool) -> bool:
 
 
 @compiled
-def overlaps(w: LoopArrays, n_x: int) -> bool:
-    """Whether a gap is negative by more than the errors of a run, as only a reset can make it.
+def leave(w: LoopArrays) -> None:
+    """Keep the state before resets."""
+    for r in range(w.y.size - 1):
+        w.impacts.entry_y[r] = w.y[r]
 
-    A gap that was open is as exact as its event; one that was closed may have drifted by the tolerance.
+
+@compiled
+def overlaps(w: LoopArrays, n_x: int) -> bool:
+    """Whether a gap is negative after a reset, by more than it was before and by more than the digits of a number.
+
+    A gap that was closed may have drifted by the error of the run: so far it may be negative again.
     """
     measure(w, w.y, w.gauge)
-    for r in range(w.impacts.asked.size):
-        w.impacts.asked[r] = w.p[r] if r < w.p.size else 0.0
-    _ask(w)
+    ask_of_none(w)
+    ask_exactly(w, w.impacts.entry_y)
     for k in range(w.openings.variable.size):
         size = max(told(w, SIZE, k), w.scale[n_x + w.limits.first_opening + 2 * k])
-        drift = 0.0 if is_open(w, k) else _DRIFTS * w.clock.tolerance
-        if told(w, GAP, k) < -min(_OVERLAP + drift, _MOST) * size:
+        drift = max(-told_exactly(w, GAP, k), 0.0) if is_open(w, k) else abs(told_exactly(w, GAP, k))
+        if told(w, GAP, k) < -drift - _OVERLAP * size:
             return True
     return False
 
@@ -132,7 +153,7 @@ def widen_slips(w: LoopArrays, n_c: int) -> None:
     A slip that no force drives holds nothing but the rounding of impulses, which is relative to those, not to itself.
     ``w.step.end`` holds the sizes of the velocities.
     """
-    call_code(w.code[IMPACT], w.step.end.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.exact.ctypes.data)
+    ask_exactly(w, w.step.end)
     n = w.openings.variable.size
     for i in range(n_c):
         size = 0.0
@@ -142,36 +163,17 @@ def widen_slips(w: LoopArrays, n_c: int) -> None:
             if along >= 0:
                 shared = max(shared, abs(coupling(w, i, along)))
             if own > 0.0:
-                size += shared / own * w.impacts.exact[_states(w) + SPEED * n + k]
+                size += shared / own * told_exactly(w, SPEED, k)
         w.span[TERMS, i] = max(w.span[TERMS, i], size)
-
-
-@compiled
-def strike(w: LoopArrays, n_c: int, starting: bool) -> int:
-    """Apply the impact of the contacts that strike, if any, and make gaps and rates of closed ones exactly zero.
-
-    ``w.impacts.rests`` marks those that stay in touch.
-    """
-    n = w.openings.variable.size
-    measure(w, w.y, w.gauge)
-    strikes = begin_impact(w, starting)
-    status = _choose(w) if strikes else OK
-    if status != OK:
-        return status
-    for k in range(n):
-        w.impacts.struck[k] = w.impacts.asked[_field(w, 0, k)] != APART
-    _apply(w)
-    w.counts.jumped = w.counts.jumped or strikes
-    return OK
 
 
 @compiled
 def settle_bounces(w: LoopArrays) -> None:
     """Apply the impact again, from the state before it, without restitution."""
     for k in range(w.openings.variable.size):
-        w.impacts.asked[_field(w, 2, k)] = 0.0
-    _ask(w)
-    _apply(w)
+        w.impacts.asked[field(w, 2, k)] = 0.0
+    ask(w)
+    apply(w)
     w.counts.jumped = 1
 
 
@@ -184,10 +186,10 @@ def hold_exactly(w: LoopArrays) -> None:
     for r in range(w.impacts.asked.size):
         w.impacts.best[r] = w.impacts.asked[r]
     for k in range(w.openings.variable.size):
-        w.impacts.asked[_field(w, 0, k)], w.impacts.asked[_field(w, 3, k)] = APART, not is_open(w, k)
+        w.impacts.asked[field(w, 0, k)], w.impacts.asked[field(w, 3, k)] = APART, not is_open(w, k)
     for i in range(w.contacts.sticks.size):
-        w.impacts.asked[_rules(w) + 2 + i] = w.m[i] > 0.5
-    call_code(w.code[IMPACT], w.y.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.exact.ctypes.data)
+        w.impacts.asked[rules(w) + 2 + i] = w.m[i] > 0.5
+    ask_exactly(w, w.y)
     for r in range(_states(w)):
         w.y[r] = w.impacts.exact[r]
     for r in range(w.impacts.asked.size):
@@ -205,17 +207,17 @@ def settle_touches(w: LoopArrays) -> None:
 
 
 @compiled(inline=True)
-def _apply(w: LoopArrays) -> None:
+def apply(w: LoopArrays) -> None:
     """Take over the state after the impact that was computed last, and mark the contacts that stay in touch."""
-    fastest = _largest_rate(w)
+    fastest = largest_rate(w)
     for k in range(w.openings.variable.size):
         rests = w.impacts.touches[k] != 0
         if fastest > 0.0:
-            bounces = w.impacts.struck[k] and w.impacts.asked[_field(w, 2, k)] > 0.5 and told(w, RATE, k) < 0.0
-            little = max(ROUNDING * told(w, SPEED, k), 0.0 if bounces else _FEASIBLE * fastest)
+            bounces = w.impacts.struck[k] and w.impacts.asked[field(w, 2, k)] > 0.5 and told(w, RATE, k) < 0.0
+            little = max(ROUNDING * told(w, SPEED, k), 0.0 if bounces else FEASIBLE * fastest)
             rests = rests and abs(told(w, AFTER, k)) <= little
         else:
-            rests = rests and w.impacts.asked[_field(w, 3, k)] > 0.5
+            rests = rests and w.impacts.asked[field(w, 3, k)] > 0.5
         w.impacts.rests[k] = rests
         if not rests:
             w.m[w.openings.variable[k]] = 1.0
@@ -224,61 +226,13 @@ def _apply(w: LoopArrays) -> None:
 
 
 @compiled
-def _largest_rate(w: LoopArrays) -> float:
+def largest_rate(w: LoopArrays) -> float:
     """Return the largest rate at which a gap closes in the impact."""
     largest = 0.0
     for k in range(w.openings.variable.size):
-        if w.impacts.touches[k] and w.impacts.asked[_field(w, 3, k)] < 0.5:
+        if w.impacts.touches[k] and w.impacts.asked[field(w, 3, k)] < 0.5:
             largest = max(largest, -told(w, RATE, k))
     return largest
-
-
-@compiled
-def _choose(w: LoopArrays) -> int:
-    """Determine what every contact that touches does; leave the data and the answer of that in place."""
-    alone = 0
-    for k in range(w.openings.variable.size):
-        alone += w.impacts.touches[k]
-    w.impacts.asked[_rules(w) + 1] = alone == 1
-    status = _try_all(w, alone == 1)
-    gain, scale = w.impacts.answer[_after_fields(w)], w.impacts.answer[_after_fields(w) + 1]
-    if status == OK and gain > _FEASIBLE * scale:
-        w.impacts.asked[_rules(w)] = 1.0
-        status = _try_all(w, alone == 1)
-    return status
-
-
-@compiled
-def _try_all(w: LoopArrays, alone: bool) -> int:
-    """Try all combinations; leave the best in place."""
-    n, total, best, second = w.openings.variable.size, 1, -np.inf, -np.inf
-    for k in range(n):
-        w.impacts.tried[k] = 0
-        w.impacts.options[k] = _options(w, k, alone)
-        total *= w.impacts.options[k]
-    if total > MOST_TRIALS:
-        return MANY_CONTACTS
-    for _ in range(total):
-        for k in range(n):
-            _set(w, k, alone)
-        _ask(w)
-        margin = _least_margin(w)
-        if margin > best:
-            if best > -np.inf and not _is_best(w):
-                second = best
-            best = margin
-            for r in range(w.impacts.asked.size):
-                w.impacts.best[r] = w.impacts.asked[r]
-            for r in range(w.limits.n_q):
-                w.impacts.rates[r] = w.impacts.answer[w.limits.n_q + r]
-        elif margin > second and not _is_best(w):
-            second = margin
-        next_trial(w, n)
-    for r in range(w.impacts.asked.size):
-        w.impacts.asked[r] = w.impacts.best[r]
-    _ask(w)
-    scale = max(_largest_rate(w), TINY)
-    return OK if best >= -_FEASIBLE * scale and not second > _DISTINCT * scale else PAINLEVE
 
 
 @compiled
@@ -289,54 +243,6 @@ def next_trial(w: LoopArrays, n: int) -> None:
         if w.impacts.tried[k] < w.impacts.options[k]:
             break
         w.impacts.tried[k] = 0
-
-
-@compiled(inline=True)
-def _options(w: LoopArrays, k: int, alone: bool) -> int:
-    """Return the number of things that contact k may do."""
-    if w.impacts.touches[k] == 0:
-        return 1
-    return (2 if w.openings.line[k] < 0 else 4) - alone
-
-
-@compiled(inline=True)
-def _set(w: LoopArrays, k: int, alone: bool) -> None:
-    """Set what contact k does in the present trial."""
-    kind, side, option = APART, 1.0, w.impacts.tried[k]
-    if w.impacts.touches[k]:
-        option += alone  # the only one is not apart
-        kind = APART if option == 0 else (STICKS if option == 1 else SLIPS)
-        side = 1.0 if option < 3 else -1.0
-        i = w.openings.line[k]
-        if alone and i >= 0 and abs(w.gauge[SLIP, i]) > ROUNDING * w.gauge[TERMS, i]:
-            kind = STICKS if option == 1 else (SLIPS if option == 2 else TURNS)
-            side = 1.0 if w.gauge[SLIP, i] > 0.0 else -1.0
-    w.impacts.asked[_field(w, 0, k)], w.impacts.asked[_field(w, 1, k)] = kind, side
-
-
-@compiled
-def _least_margin(w: LoopArrays) -> float:
-    """Return the least margin of the contacts that touch; less than all others if the impact has no solution."""
-    least = np.inf
-    for k in range(w.openings.variable.size):
-        if w.impacts.touches[k]:
-            for what in (FIRST, SECOND):
-                margin = told(w, what, k)
-                if not abs(margin) < np.inf:
-                    return -np.inf
-                least = min(least, margin)
-    return least
-
-
-@compiled
-def _is_best(w: LoopArrays) -> bool:
-    """Whether the velocities after the impact are those of the best combination so far."""
-    n_q = w.limits.n_q
-    for r in range(n_q):
-        new, best, old = w.impacts.answer[n_q + r], w.impacts.rates[r], w.y[n_q + r]
-        if abs(new - best) > _DISTINCT * (abs(new - old) + abs(best - old)) + _FEASIBLE * (abs(new) + abs(best)):
-            return False
-    return True
 
 
 @compiled
