@@ -64,10 +64,9 @@ def impact_of(model: ContactDynamics) -> ca.Function | None:
 
     Its results, by the names of the outputs: states after the impact; gap, and its scale of rounding; rate of the gap
     before it, and its scale; normal force of forces that do not cancel; W of the gap; rate of the gap after it; two
-    margins; of those that slip in the plane ``d x w+`` over P with the direction as it is given; energy gained, and its
-    scale; with J the slips of all contacts along a line, then the gaps,
-    ``J M^-1 J^T`` and ``M^-1 J^T``, column by column; the coefficient of friction with which every contact that opens
-    slips, zero without friction.
+    margins; of those that slip in the plane ``d x w+`` over P with the direction as it is given; the coefficients of
+    friction with which every contact that opens slips and sticks, zero without friction; energy gained, and its scale;
+    with J the slips of all contacts along a line, then the gaps, ``J M^-1 J^T`` and ``M^-1 J^T``, column by column.
     """
     if not model.openings:
         return None
@@ -200,12 +199,13 @@ def impact_of(model: ContactDynamics) -> ca.Function | None:
     speed = ca.fabs(J) @ ca.fabs(u) + ca.fabs(ca.jacobian(gaps, t))
     least = least_normal_forces(model)
     out = [new, gaps, ca.vertcat(*(e.size for e in model.openings)), rate, speed, least, ca.diag(W)[n_f:], after[n_f:]]
-    out += [ca.vertcat(*one), ca.vertcat(*two), ca.vertcat(*swerve), ca.vertcat(gain, scale)]
+    out += [ca.vertcat(*one), ca.vertcat(*two), ca.vertcat(*swerve)]
+    rubs = {**lines_of, **planar}
+    out += [ca.vertcat(*(c[rubs[k]] if k in rubs else ca.SX(0) for k in range(n))) for c in (mu, mu_s)]
+    out += [ca.vertcat(gain, scale)]
     together = ca.vertcat(model.slopes, J)
     answers = model.solve(together.T)
     out += [ca.vec(together @ answers), ca.vec(answers)]
-    rubs = {**lines_of, **planar}
-    out += [ca.vertcat(*(mu[rubs[k]] if k in rubs else ca.SX(0) for k in range(n)))]
     moving = [e for s in model.springs for e in ca.vertsplit(s.variables)]
     out = ca.substitute([ca.densify(e) for e in out], moving, [ca.SX(0)] * len(moving))
     out = model.unswitched([ca.densify(e) for e in out])
@@ -221,10 +221,11 @@ def impact_of(model: ContactDynamics) -> ca.Function | None:
         "first",
         "second",
         "swerve",
+        "friction",
+        "static",
         "gain",
         "coupling",
         "spread",
-        "friction",
     ]
     arguments = [model.y, model.t, model.p, data]
     there = ca.Function("there", arguments, out, ["y", "t", "p", "data"], names)

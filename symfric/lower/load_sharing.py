@@ -177,7 +177,7 @@ def _in_proportion(
         sticks = {i: (model.s[i] == HOLDS) + (model.s[i] == SHARES) for i, _ in group}
         whole = sum(ca.if_else(sticks[i], factors[i] * friction[i], 0) for i, _ in group)
         reach = sum(ca.if_else(sticks[i], ca.fabs(factors[i]) * bounds[i], 0) for i, _ in group)
-        if ca.depends_on(reach, ca.vertcat(model.y, model.t)):  # no condition: series have none on the state
+        if ca.depends_on(reach, ca.vertcat(model.y, model.t, model.pressed)):  # no condition: series have none on these
             # products of two bounds, the same above and below the fraction: a bound whose terms cancel may be rounding
             sizes = {j: sticks[j] * ca.fabs(factors[j]) for j, _ in group}
             parts = {i: sum(sizes[j] * (bounds[i] * bounds[j]) for j, _ in group) + _LEAST for i, _ in group}

@@ -72,7 +72,7 @@ class Opening:
         return [ca.if_else(self.mode > 0.5, self.gap, 0), ca.if_else(self.mode > 0.5, 0, self.force)]
 
     def after(self, hit: ca.SX, zero: ca.SX) -> tuple[list[tuple[int, ca.SX]], ca.SX, ca.SX]:
-        """Return the same state and mode: the loop selects them, see `symfric.solve.loop.modes.trial_modes`."""
+        """Return the same state and mode: the loop selects them, see `symfric.solve.loop.modes.opening_selection`."""
         return [], self.mode, zero
 
 

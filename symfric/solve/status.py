@@ -67,9 +67,10 @@ ADVICE = {
     Status.PAINLEVE: "the forces of contacts that open have no solution or several here (the paradox of Painleve): "
     "friction lets a normal force press its own contact; lower the friction, change the geometry, or put a stiffness "
     "in place of the rigid contact",
-    Status.MANY_CONTACTS: "more contacts that open touch at once than their combinations can be tried: some 5 with "
-    "friction, 14 without; leave out contacts that other ones make superfluous, take a given normal load where a "
-    "contact never opens, or start with small gaps between the bodies",
+    Status.MANY_CONTACTS: "so many contacts that open touch at once that their combinations cannot all be tried, and "
+    "the method that goes from one of them to the next has found none that is right, which does not prove that there "
+    "is none; lower the friction, leave out contacts that other ones make superfluous, take a given normal load where "
+    "a contact never opens, or start with small gaps between the bodies",
     Status.OVERLAP: "a reset puts bodies into each other: the gap of a contact that opens is negative after it; set "
     "coordinates with which no gap is negative",
 }

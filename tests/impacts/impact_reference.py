@@ -108,8 +108,9 @@ class Motion:
 class Simulator:
     """One motion; `values` in the order of the parameters."""
 
-    def __init__(self, equations: Equations, values, tolerance=1e-11, most_events=1500):
+    def __init__(self, equations: Equations, values, tolerance=1e-11, most_events=1500, near=NEAR):
         self.e, self.values, self.tolerance, self.most = equations, tuple(map(float, values)), tolerance, most_events
+        self.near = near
         self.n = equations.n
         self.n_c = len(equations.touches)
         self.restitution, self.mu, self.mu_s = np.array(equations._coefficients(*self.values), dtype=float).reshape(
@@ -284,7 +285,7 @@ class Simulator:
         """Return the state behind the impact and the contacts that touch there without rate."""
         e, n = self.e, self.n
         gaps = e.watched(t, y, self.values)[0]
-        touch = [k for k in range(self.n_c) if e.unilateral[k] and (k in closed or k in hit or gaps[k] < NEAR)]
+        touch = [k for k in range(self.n_c) if e.unilateral[k] and (k in closed or k in hit or gaps[k] < self.near)]
         if touch:
             y = self.projected(t, y, [0 if k in touch else OPEN for k in range(self.n_c)], moved=True)
         _, rates, slips = e.watched(t, y, self.values)

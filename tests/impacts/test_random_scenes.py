@@ -8,7 +8,7 @@ import pytest
 
 import symfric as sf
 from tests.impacts.impact_reference import Simulator
-from tests.impacts.impact_scenes import MAKERS
+from tests.impacts.impact_scenes import ENDLESS, MAKERS, seeds_of
 
 APART = 1e-6  # largest difference of the final states; many impacts magnify what the tolerances leave
 
@@ -49,5 +49,15 @@ def test_motions_agree(make):
 @pytest.mark.long(beside="test_motions_agree")
 @pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)
 def test_more_motions_agree(make):
-    for seed in range(4, 130):
+    for seed in seeds_of(make, range(4, 130)):
         compare(make, seed)
+
+
+@pytest.mark.long(beside="test_motions_agree")
+@pytest.mark.parametrize(("name", "seed"), sorted(ENDLESS))
+def test_bounces_that_never_end_use_up_the_budget(name, seed):
+    structure, program = prepared(next(make for make in MAKERS if make.__name__ == name))
+    values, start = drawn(structure, seed)
+    names = [s.name for s in (*structure.bodies.q, *structure.bodies.u)]
+    run = program.run(values=values, initial=dict(zip(names, start, strict=True)))
+    assert run.status in (sf.Status.STEP_BUDGET, sf.Status.EVENT_BUDGET)

@@ -20,14 +20,14 @@ from symfric.solve.loop.codes import (
 )
 from symfric.solve.loop.events.crossings import cross
 from symfric.solve.loop.events.first_event import first_event
-from symfric.solve.loop.events.impacts import jams, log_openings
+from symfric.solve.loop.events.impacts import jams, leave, log_openings
 from symfric.solve.loop.events.saltation import give_up_derivatives, has_derivatives, jump, remember
 from symfric.solve.loop.events.time_steps import mark_steps
 from symfric.solve.loop.events.transitions import transit
 from symfric.solve.loop.modes.layout import mode
 from symfric.solve.loop.modes.mode_selection import keep_scales, settle
+from symfric.solve.loop.modes.opening_selection import settle_openings
 from symfric.solve.loop.modes.planes import settle_planes
-from symfric.solve.loop.modes.trial_modes import settle_openings
 from symfric.solve.loop.precision import EPS, STRETCH
 from symfric.solve.loop.recording.accumulation import accumulate
 from symfric.solve.loop.recording.trajectory import store_event, store_step
@@ -213,6 +213,8 @@ def _switch(w: LoopArrays, n_x: int, n_c: int) -> int:
         mark_steps(w, n_x, n_c, starting)
     if w.limits.varied:
         remember(w, n_x)
+    if w.openings.variable.size:
+        leave(w)
     changed = transit(w, n_c) if w.contacts.other_guards.size else 0
     if changed < 0:
         return QUEUE_FULL

@@ -199,6 +199,31 @@ class Impacts(ArraySet):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class Pivots(ArraySet):
+    """The forces or impulses of many contacts that touch; see `symfric.solve.loop.modes.complementarity`.
+
+    Arrays of all contacts hold those along a line first, then those that open.
+    """
+
+    takes: Integers  # contacts that take part
+    place: Integers  # first unknown of each
+    free: Reals  # rates of slips and gaps without their forces
+    static: Reals  # coefficient, or bound under a given load, of contacts along a line at rest
+    kinetic: Reals  # the same while they slip
+    slides: Integers  # whether they do
+    drag: Reals  # direction times coefficient of the slip of contacts that open, 0 where that is zero
+    unit: Reals  # force of each in the scaled problem; then its largest rate
+    table: Matrix  # equations by Lemke's method
+    basis: Integers  # unknown of each row
+    kind: Integers  # directions of slips, 0 at rest; 1 for contacts that are closed
+    force: Reals  # forces, or impulses
+    target: Reals  # rates of gaps after an impact by Newton's rule
+    apart: Integers  # contacts that were open before the event, and have not struck
+    wrong: Integers  # whether a contact contradicts the mode
+    instead: Integers  # the option it takes instead
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Planes(ArraySet):
     """Contacts in the plane, and the selection of modes beside them; see `symfric.solve.loop.modes.planes`."""
 

@@ -25,6 +25,7 @@ from symfric.solve.loop.records import (
     Kinds,
     LinearEquations,
     Openings,
+    Pivots,
     Planes,
     Powers,
     Roots,
@@ -123,6 +124,7 @@ class LoopArrays(RunArrays):
     transition: Transition
     openings: Openings
     impacts: Impacts
+    pivots: Pivots
     planes: Planes
 
 
@@ -263,6 +265,7 @@ def make_arrays(
             factor=(n_n + n_c, n_n + n_c) if impact else (0, 0),
             held=n_n + n_c if impact else 0,
         ),
+        pivots=_pivots(n_n, n_c if impact else 0),
         planes=_planes(automaton),
     )
 
@@ -273,6 +276,29 @@ def _tables(order: int, exposed: list[int]) -> Tables:
         exposed=_numbers(exposed),
         bernstein=bernstein_table(max(order, QUARTIC)),
         columns=bernstein_columns(order, VECTOR),
+    )
+
+
+def _pivots(n_n: int, n_c: int) -> Pivots:
+    """Return the arrays of many contacts that touch."""
+    n, unknowns = n_n + n_c, n_n + 3 * n_c
+    return Pivots.zeros(
+        takes=n,
+        place=n,
+        free=n,
+        static=n_c,
+        kinetic=n_c,
+        slides=n_c,
+        drag=n_n,
+        unit=n + 1,
+        table=(unknowns, 2 * unknowns + 2),
+        basis=unknowns,
+        kind=n,
+        force=n,
+        target=n_n,
+        apart=n_n,
+        wrong=n,
+        instead=n,
     )
 
 

@@ -1,7 +1,10 @@
-"""What contacts that open do in an impact; see `symfric.lower.impacts`.
+"""What every contact does in an impact, see `symfric.lower.impacts`.
 
 What all contacts that touch do is tried in every combination, and the one with the largest least margin is taken, so
-that ties, where one of several is on the border between two, need no threshold.
+that ties, where one of several is on the border between two, need no threshold. Where there are too many combinations,
+`symfric.solve.loop.modes.complementarity` finds one, which is then looked at in the same way: its margins, and how it
+could be mended where they are negative. Where friction may permit others, a second one is looked for from another
+start, which finds another answer often but not always.
 """
 
 import numpy as np
@@ -20,27 +23,34 @@ from symfric.solve.loop.events.directions import (
     sample_angle,
 )
 from symfric.solve.loop.events.impacts import (
+    AFTER,
     FEASIBLE,
     FIRST,
+    KINETIC,
+    MOST_TRIALS,
     SECOND,
+    STATIC,
     SWERVE,
     after_fields,
     apply,
     ask,
     begin_impact,
+    coupling,
     field_of,
     is_planar,
     largest_rate,
+    next_trial,
     rules,
     told,
 )
+from symfric.solve.loop.modes.complementarity import solve_contacts
 from symfric.solve.loop.precision import ROUNDING, TINY
 from symfric.solve.loop.stepping.calls import measure
 from symfric.solve.loop.workspace import LoopArrays
 
-MOST_TRIALS = 20_000  # most combinations that are tried
-_DISTINCT = 1e-6  # the same beyond which a second possible combination is another answer
-_HALVINGS = 60  # of the part of restitutions with which an impact gains no energy
+_DISTINCT = 1e-6  # margin, relative to the largest rate of a gap, beyond which a second combination is another answer
+_MENDED = 4  # most attempts to mend a combination, in numbers of contacts
+_HALVINGS = 60  # most bisections of the part of restitutions with which an impact gains no energy
 
 
 @compiled
@@ -71,6 +81,8 @@ def _choose(w: LoopArrays) -> int:
         planar = planar or (w.impacts.touches[k] != 0 and is_planar(w, k))
     w.impacts.asked[rules(w) + 1] = alone == 1
     status = _try_all(w, alone == 1)
+    if status == MANY_CONTACTS and not planar:
+        return _choose_by_pivots(w)
     if planar:
         return _bounce_less(w, alone == 1) if status == OK and _gains(w, ROUNDING) else status
     if status == OK and _gains(w, FEASIBLE):
@@ -114,14 +126,14 @@ def _set_bounces(w: LoopArrays, part: float) -> None:
 @compiled
 def _try_all(w: LoopArrays, alone: bool) -> int:
     """Try all combinations; leave the best in place."""
-    n, total, best, second = w.openings.variable.size, 1, -np.inf, -np.inf
+    n, total, best, second = w.openings.variable.size, 1.0, -np.inf, -np.inf
     for k in range(n):
         w.impacts.tried[k] = 0
         w.impacts.options[k] = _options(w, k, alone)
         total *= w.impacts.options[k]
     if total > MOST_TRIALS:
         return MANY_CONTACTS
-    for _ in range(total):
+    for _ in range(int(total)):
         for k in range(n):
             _set(w, k, alone)
         for way in range(_aim(w)):
@@ -132,16 +144,11 @@ def _try_all(w: LoopArrays, alone: bool) -> int:
                 if best > -np.inf and not _is_best(w):
                     second = best
                 best = margin
-                for r in range(w.impacts.asked.size):
-                    w.impacts.best[r] = w.impacts.asked[r]
-                for r in range(w.limits.n_q):
-                    w.impacts.rates[r] = w.impacts.answer[w.limits.n_q + r]
+                _keep(w)
             elif margin > second and not _is_best(w):
                 second = margin
         next_trial(w, n)
-    for r in range(w.impacts.asked.size):
-        w.impacts.asked[r] = w.impacts.best[r]
-    ask(w)
+    _restore(w)
     scale = max(largest_rate(w), TINY)
     return OK if best >= -FEASIBLE * scale and not second > _DISTINCT * scale else PAINLEVE
 
@@ -219,16 +226,6 @@ def _point(w: LoopArrays, k: int, angle: float) -> None:
     w.impacts.asked[field_of(w, 4, k)], w.impacts.asked[field_of(w, 5, k)] = np.cos(angle), np.sin(angle)
 
 
-@compiled
-def next_trial(w: LoopArrays, n: int) -> None:
-    """Count on to the next combination of options, of the first n contacts."""
-    for k in range(n):
-        w.impacts.tried[k] += 1
-        if w.impacts.tried[k] < w.impacts.options[k]:
-            break
-        w.impacts.tried[k] = 0
-
-
 @compiled(inline=True)
 def _options(w: LoopArrays, k: int, alone: bool) -> int:
     """Return the number of things that contact k may do."""
@@ -280,3 +277,134 @@ def _is_best(w: LoopArrays) -> bool:
         if abs(new - best) > _DISTINCT * (abs(new - old) + abs(best - old)) + FEASIBLE * (abs(new) + abs(best)):
             return False
     return True
+
+
+@compiled
+def _choose_by_pivots(w: LoopArrays) -> int:
+    """Determine what every contact that touches does, of many; leave the data and the answer of that in place."""
+    rubs = _lay_out(w)
+    if not (_solve(w, 1.0, 0.0) and _mend(w)) and not (_solve(w, 1.0, 1.0) and _mend(w)):
+        return MANY_CONTACTS
+    if rubs:
+        _keep(w)
+        other = _solve(w, 1.0, 1.0) and _mend(w) and not _is_best(w)
+        if other and _least_margin(w) > _DISTINCT * max(largest_rate(w), TINY):
+            return PAINLEVE
+        _restore(w)
+    return _without_gain(w) if _gains(w, FEASIBLE) else OK
+
+
+@compiled
+def _without_gain(w: LoopArrays) -> int:
+    """Determine it with the largest share of restitution that gains no energy."""
+    low, high, share = 0.0, 1.0, 1.0
+    w.impacts.asked[rules(w)] = 1.0
+    for _ in range(_HALVINGS):
+        if not _solve(w, share, 0.0):
+            return MANY_CONTACTS
+        gains = _work(w) > 0.0
+        ask(w)
+        if _least_margin(w) >= -FEASIBLE * max(largest_rate(w), TINY):
+            return OK
+        low, high = (low, share) if gains else (share, high)
+        share = 0.5 * (low + high)
+    return OK if _mend(w) else MANY_CONTACTS
+
+
+@compiled
+def _lay_out(w: LoopArrays) -> bool:
+    """Lay out the contacts that touch for the method of pivots; return whether one of them has friction."""
+    n, n_c, rubs = w.openings.variable.size, w.contacts.sticks.size, False
+    w.impacts.asked[rules(w)] = 0.0
+    for k in range(n):
+        w.impacts.asked[field_of(w, 0, k)] = APART
+    ask(w)
+    for i in range(n_c):
+        w.pivots.takes[i] = 0
+    for k in range(n):
+        i = w.openings.line[k]
+        w.pivots.takes[n_c + k], w.pivots.drag[k] = w.impacts.touches[k], 0.0
+        w.pivots.free[n_c + k], w.pivots.target[k] = told(w, AFTER, k), told(w, AFTER, k) - told(w, FIRST, k)
+        if i >= 0 and w.impacts.touches[k]:
+            w.pivots.takes[i], w.pivots.free[i] = 1, w.gauge[SLIP, i]
+            w.pivots.kinetic[i], w.pivots.static[i] = told(w, KINETIC, k), told(w, STATIC, k)
+            rubs = rubs or w.pivots.kinetic[i] > 0.0
+    return rubs
+
+
+@compiled
+def _solve(w: LoopArrays, share: float, skew: float) -> bool:
+    """Set what contacts do by the method of pivots, with a share of the restitution; return whether that ends."""
+    n, n_c = w.openings.variable.size, w.contacts.sticks.size
+    for k in range(n):
+        w.pivots.free[n_c + k] -= share * w.pivots.target[k]
+    solved = solve_contacts(w, skew)
+    for k in range(n):
+        w.pivots.free[n_c + k] += share * w.pivots.target[k]
+    for k in range(n):
+        kind, side, i = APART, 1.0, w.openings.line[k]
+        if solved and w.pivots.kind[n_c + k]:
+            slip = w.pivots.kind[i] if i >= 0 else 0
+            kind, side = (STICKS if slip == 0 else SLIPS), (-1.0 if slip < 0 else 1.0)
+        w.impacts.asked[field_of(w, 0, k)], w.impacts.asked[field_of(w, 1, k)] = kind, side
+    return solved
+
+
+@compiled
+def _work(w: LoopArrays) -> float:
+    """Return the energy that the impulses of the method of pivots bring."""
+    work = 0.0
+    for a in range(w.pivots.takes.size):
+        if w.pivots.takes[a]:
+            change = 0.0
+            for b in range(w.pivots.takes.size):
+                if w.pivots.takes[b]:
+                    change += coupling(w, a, b) * w.pivots.force[b]
+            work += w.pivots.force[a] * (w.pivots.free[a] + 0.5 * change)
+    return work
+
+
+@compiled
+def _mend(w: LoopArrays) -> bool:
+    """Compute the impact; change what the contact of the least margin does until no margin is negative."""
+    n = w.openings.variable.size
+    for _ in range(_MENDED * n + 1):
+        ask(w)
+        least = -FEASIBLE * max(largest_rate(w), TINY)
+        if _least_margin(w) >= least:
+            return True
+        worst, at, lowest = -1, FIRST, least
+        for k in range(n):
+            for what in (FIRST, SECOND):
+                if w.impacts.touches[k] and told(w, what, k) < lowest:
+                    worst, at, lowest = k, what, told(w, what, k)
+        if worst < 0:
+            return False
+        kind, side = w.impacts.asked[field_of(w, 0, worst)], w.impacts.asked[field_of(w, 1, worst)]
+        if at == FIRST:
+            kind = STICKS if kind == APART else APART
+        elif kind == STICKS:
+            kind = SLIPS
+        elif side > 0.0:
+            side = -1.0
+        else:
+            kind, side = STICKS, 1.0
+        w.impacts.asked[field_of(w, 0, worst)], w.impacts.asked[field_of(w, 1, worst)] = kind, side
+    return False
+
+
+@compiled
+def _keep(w: LoopArrays) -> None:
+    """Keep the data of the impact and the velocities after it."""
+    for r in range(w.impacts.asked.size):
+        w.impacts.best[r] = w.impacts.asked[r]
+    for r in range(w.limits.n_q):
+        w.impacts.rates[r] = w.impacts.answer[w.limits.n_q + r]
+
+
+@compiled
+def _restore(w: LoopArrays) -> None:
+    """Compute the impact with the data that were kept."""
+    for r in range(w.impacts.asked.size):
+        w.impacts.asked[r] = w.impacts.best[r]
+    ask(w)

@@ -3,6 +3,7 @@
 See `symfric.lower.impacts`, and `symfric.solve.loop.events.impact_choice` for the choice.
 """
 
+from symfric.codegen.array_table import Reals
 from symfric.codegen.numba_types import call_code, compiled
 from symfric.lower.impacts import APART, FIELDS
 from symfric.lower.mode_layout import OPEN
@@ -15,18 +16,31 @@ from symfric.solve.loop.recording.trajectory import store_event
 from symfric.solve.loop.stepping.calls import measure
 from symfric.solve.loop.workspace import LoopArrays
 
+MOST_TRIALS = 20_000  # most combinations that are tried
 FEASIBLE = 1e-9  # margin, relative to the largest rate of a gap, down to which a combination is possible
 _JAM = 1e2  # normal force, relative to that of forces that do not cancel, that grows without bound
-_OVERLAP, _DRIFTS, _MOST = 1e-9, 1e3, 1e-2  # negative gap that is an overlap, relative; the same per tolerance; at most
+_OVERLAP = 1e-9  # negative gap, relative to its terms, that is an overlap
 _TOGETHER = 64.0  # rounding errors of time between impacts that come at the same time
-# of the answer, n numbers each
-GAP, SIZE, RATE, SPEED, LEAST, RESPONSE, AFTER, FIRST, SECOND, SWERVE, TOLD = range(11)
+# rows of the answer, a number of every contact each
+GAP, SIZE, RATE, SPEED, LEAST, RESPONSE, AFTER, FIRST, SECOND, SWERVE, KINETIC, STATIC, TOLD = range(13)
 
 
 @compiled(inline=True)
 def told(w: LoopArrays, what: int, k: int) -> float:
     """Return what the last call of the impact says of contact k."""
     return w.impacts.answer[_states(w) + what * w.openings.variable.size + k]
+
+
+@compiled(inline=True)
+def told_exactly(w: LoopArrays, what: int, k: int) -> float:
+    """Return what the last call of the other impact, in ``w.impacts.exact``, says of contact k."""
+    return w.impacts.exact[_states(w) + what * w.openings.variable.size + k]
+
+
+@compiled(inline=True)
+def ask_exactly(w: LoopArrays, y: Reals) -> None:
+    """Compute the other impact, of a state y, with the present data."""
+    call_code(w.code[IMPACT], y.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.exact.ctypes.data)
 
 
 @compiled(inline=True)
@@ -66,6 +80,14 @@ def ask(w: LoopArrays) -> None:
     call_code(w.code[IMPACT], w.y.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.answer.ctypes.data)
 
 
+@compiled
+def ask_of_none(w: LoopArrays) -> None:
+    """Lay out the data of an impact in which no contact takes part, and compute it: gaps, their rates, the coupling."""
+    for r in range(w.impacts.asked.size):
+        w.impacts.asked[r] = w.p[r] if r < w.p.size else 0.0
+    ask(w)
+
+
 @compiled(inline=True)
 def field_of(w: LoopArrays, field: int, k: int) -> int:
     """Return the place of a number of contact k in the data of an impact: kind, direction, bounce, closed."""
@@ -88,13 +110,9 @@ def rules(w: LoopArrays) -> int:
 @compiled
 def begin_impact(w: LoopArrays, starting: bool) -> bool:
     """Determine which contacts touch, and whether one of them strikes."""
-    n, n_p, strikes, now = w.openings.variable.size, w.p.size, False, _TOGETHER * instant(w)
-    for r in range(n_p):
-        w.impacts.asked[r] = w.p[r]
-    for r in range(n_p, w.impacts.asked.size):
-        w.impacts.asked[r] = 0.0
-    ask(w)
-    for k in range(n):
+    strikes, now = False, _TOGETHER * instant(w)
+    ask_of_none(w)
+    for k in range(w.openings.variable.size):
         gap, rate = told(w, GAP, k), told(w, RATE, k)
         closed = not starting and not is_open(w, k)
         near = gap <= ROUNDING * told(w, SIZE, k) - min(rate, 0.0) * now
@@ -111,19 +129,25 @@ def begin_impact(w: LoopArrays, starting: bool) -> bool:
 
 
 @compiled
-def overlaps(w: LoopArrays, n_x: int) -> bool:
-    """Whether a gap is negative by more than the errors of a run, as only a reset can make it.
+def leave(w: LoopArrays) -> None:
+    """Keep the state before resets."""
+    for r in range(w.y.size - 1):
+        w.impacts.entry_y[r] = w.y[r]
 
-    A gap that was open is as exact as its event; one that was closed may have drifted by the tolerance.
+
+@compiled
+def overlaps(w: LoopArrays, n_x: int) -> bool:
+    """Whether a gap is negative after a reset, by more than it was before and by more than the digits of a number.
+
+    A gap that was closed may have drifted by the error of the run: so far it may be negative again.
     """
     measure(w, w.y, w.gauge)
-    for r in range(w.impacts.asked.size):
-        w.impacts.asked[r] = w.p[r] if r < w.p.size else 0.0
-    ask(w)
+    ask_of_none(w)
+    ask_exactly(w, w.impacts.entry_y)
     for k in range(w.openings.variable.size):
         size = max(told(w, SIZE, k), w.scale[n_x + w.limits.first_opening + 2 * k])
-        drift = 0.0 if is_open(w, k) else _DRIFTS * w.clock.tolerance
-        if told(w, GAP, k) < -min(_OVERLAP + drift, _MOST) * size:
+        drift = max(-told_exactly(w, GAP, k), 0.0) if is_open(w, k) else abs(told_exactly(w, GAP, k))
+        if told(w, GAP, k) < -drift - _OVERLAP * size:
             return True
     return False
 
@@ -135,7 +159,7 @@ def widen_slips(w: LoopArrays, n_c: int) -> None:
     A slip that no force drives holds nothing but the rounding of impulses, which is relative to those, not to itself.
     ``w.step.end`` holds the sizes of the velocities.
     """
-    call_code(w.code[IMPACT], w.step.end.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.exact.ctypes.data)
+    ask_exactly(w, w.step.end)
     n = w.openings.variable.size
     for i in range(n_c):
         size = 0.0
@@ -147,7 +171,7 @@ def widen_slips(w: LoopArrays, n_c: int) -> None:
             if is_planar(w, k):
                 shared = max(shared, abs(coupling(w, i, along + 1)))
             if own > 0.0:
-                size += shared / own * w.impacts.exact[_states(w) + SPEED * n + k]
+                size += shared / own * told_exactly(w, SPEED, k)
         w.span[TERMS, i] = max(w.span[TERMS, i], size)
 
 
@@ -173,7 +197,7 @@ def hold_exactly(w: LoopArrays) -> None:
         w.impacts.asked[field_of(w, 0, k)], w.impacts.asked[field_of(w, 3, k)] = APART, not is_open(w, k)
     for i in range(w.contacts.sticks.size):
         w.impacts.asked[rules(w) + 2 + i] = w.m[i] > 0.5 or w.m[i] == STARTS
-    call_code(w.code[IMPACT], w.y.ctypes.data, w.impacts.asked.ctypes.data, w.impacts.exact.ctypes.data)
+    ask_exactly(w, w.y)
     for r in range(_states(w)):
         w.y[r] = w.impacts.exact[r]
     for r in range(w.impacts.asked.size):
@@ -218,6 +242,16 @@ def largest_rate(w: LoopArrays) -> float:
         if w.impacts.touches[k] and w.impacts.asked[field_of(w, 3, k)] < 0.5:
             largest = max(largest, -told(w, RATE, k))
     return largest
+
+
+@compiled
+def next_trial(w: LoopArrays, n: int) -> None:
+    """Count on to the next combination of options, of the first n contacts."""
+    for k in range(n):
+        w.impacts.tried[k] += 1
+        if w.impacts.tried[k] < w.impacts.options[k]:
+            break
+        w.impacts.tried[k] = 0
 
 
 @compiled

@@ -1,4 +1,4 @@
-"""Mode selection of scenes with contacts that open: every combination of modes is tried on the series of the motion.
+"""Trial modes of scenes with contacts that open: every combination of modes is tried on the series of the motion.
 
 A mode is right if every guard that starts at zero is positive just after, by the first of its coefficients that is not
 rounding. Contacts that are apart, or slip, are not tried otherwise. Of several right modes the one in which most
@@ -8,29 +8,11 @@ several solutions, and if no mode is right they have none: the paradox of Painle
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS
-from symfric.solve.loop.codes import MANY_CONTACTS, OK, OVERLAP, PAINLEVE, UNDECIDED
-from symfric.solve.loop.events.impact_choice import MOST_TRIALS, next_trial, strike
-from symfric.solve.loop.events.impacts import (
-    LEAST,
-    RESPONSE,
-    SIZE,
-    coupling,
-    hold_exactly,
-    is_open,
-    overlaps,
-    settle_bounces,
-    settle_touches,
-    told,
-)
-from symfric.solve.loop.events.time_steps import step_over
-from symfric.solve.loop.modes.last_bounces import dies_out, time_to_rest
+from symfric.solve.loop.codes import MANY_CONTACTS, OK, PAINLEVE, UNDECIDED
+from symfric.solve.loop.events.impacts import LEAST, MOST_TRIALS, RESPONSE, coupling, is_open, next_trial, told
 from symfric.solve.loop.modes.layout import backward, direction, forward
-from symfric.solve.loop.modes.mode_selection import change_switch, mark_fresh
 from symfric.solve.loop.modes.planes_that_open import (
     aim_starts,
-    begin_planes,
-    forget_arrivals,
-    has_arrived,
     is_undetermined,
     plane_is_right,
     set_plane,
@@ -45,91 +27,26 @@ from symfric.solve.loop.modes.tolerances import (
     no_acceleration,
     stays,
 )
-from symfric.solve.loop.modes.zero_slips import try_sticking
 from symfric.solve.loop.precision import ROUNDING
-from symfric.solve.loop.stepping.calls import measure, prelude, probe
+from symfric.solve.loop.stepping.calls import prelude, probe
 from symfric.solve.loop.workspace import LoopArrays
 
 _DEPENDENT = 1e-13  # pivot of the coupling, relative to its diagonal, below which a slip follows from others
 _SAME = 1e-9  # relative difference of accelerations up to which two modes are the same motion
-_ROUNDS = 8  # most repetitions because a kink was passed
-
-
-@compiled
-def settle_openings(w: LoopArrays, starting: bool) -> int:
-    """Apply impacts and select the mode of every contact and switch."""
-    n_x, n_c = w.y.size - 1, w.contacts.sticks.size
-    if w.limits.steps and w.counts.jumped:
-        step_over(w, n_x, n_c)
-    for r in range(n_x):
-        w.impacts.entry_y[r] = w.y[r]
-    for r in range(w.m.size):
-        w.impacts.entry_m[r] = w.m[r]
-    if w.counts.jumped and not starting and overlaps(w, n_x):
-        return OVERLAP
-    begin_planes(w)
-    status = strike(w, n_c, starting)
-    if status == OK:
-        status = _select(w, n_x, n_c)
-    w.clock.late = time_to_rest(w, n_x) if status == OK and not starting else 0.0
-    if w.clock.late > 0.0:
-        for r in range(n_x):
-            w.y[r] = w.impacts.entry_y[r]
-        for r in range(w.m.size):
-            w.m[r] = w.impacts.entry_m[r]
-        settle_bounces(w)
-        status = _select(w, n_x, n_c)
-    if status == OK and not starting and dies_out(w, n_x):
-        settle_touches(w)
-        status = _select(w, n_x, n_c)
-    forget_arrivals(w)
-    return status
-
-
-@compiled
-def _select(w: LoopArrays, n_x: int, n_c: int) -> int:
-    """Select the mode of contacts that are closed or may close, and of switches."""
-    for i in range(n_c):
-        w.selection.passes[i] = _is_apart(w, i)
-    try_sticking(w, n_x, n_c)
-    for i in range(n_c):
-        if _is_apart(w, i):
-            w.selection.zero[i], w.m[i] = 0, 0.0
-    if has_arrived(w):  # its slip is what a straight line has left of it
-        hold_exactly(w)
-        measure(w, w.y, w.gauge)
-    return _select_modes(w, n_x, n_c)
+STICKS, FORWARD, BACKWARD, RIGHT = 0, 1, 2, 3  # options of a contact along a line; 3 is none
 
 
 @compiled(inline=True)
-def _is_apart(w: LoopArrays, i: int) -> bool:
+def is_apart(w: LoopArrays, i: int) -> bool:
     """Whether contact i along a line is one that opens, and has opened."""
     k = w.contacts.opens[i]
     return k >= 0 and w.impacts.rests[k] == 0
 
 
 @compiled
-def _select_modes(w: LoopArrays, n_x: int, n_c: int) -> int:
-    """Try modes until the switches agree with them."""
-    n_s = w.contacts.edge.size
-    for i in range(w.selection.turns.size):
-        w.selection.turns[i] = 0
-    for _ in range(_ROUNDS):
-        status = _try_all(w, n_x, n_c)
-        if status != OK:
-            return status
-        if n_s == 0 or not change_switch(w, n_x, n_c, n_s, w.limits.edges > 0):
-            hold_exactly(w)
-            mark_fresh(w, n_x, n_c, n_s)
-            _mark_slips(w, n_x, n_c)
-            return OK if _mark_openings(w, n_x) else UNDECIDED
-    return UNDECIDED
-
-
-@compiled
-def _try_all(w: LoopArrays, n_x: int, n_c: int) -> int:
+def try_modes(w: LoopArrays, n_x: int, n_c: int) -> int:
     """Try all combinations of modes; leave the right one in place."""
-    n, n_q, total = w.openings.variable.size, w.limits.n_q, 1
+    n, n_q, total = w.openings.variable.size, w.limits.n_q, 1.0
     for k in range(n + n_c):
         w.impacts.tried[k] = 0
         w.impacts.options[k] = _options_of_opening(w, k) if k < n else _options_of_line(w, k - n)
@@ -137,38 +54,71 @@ def _try_all(w: LoopArrays, n_x: int, n_c: int) -> int:
     if total > MOST_TRIALS:
         return MANY_CONTACTS
     best, several = -1, False
-    for _ in range(total):
-        sticking = _set(w, n, n_c)
-        share(w, n_c)
-        _leave_dependents(w, n_c)
+    for _ in range(int(total)):
+        sticking = _try_forces(w, n_c)
         if is_undetermined(w):
             return UNDECIDED
         right = 0
-        for way in range(aim_starts(w, n_x)):
-            take_start(w, way)
+        for start in range(aim_starts(w, n_x)):
+            take_start(w, start)
             prelude(w)
             probe(w)
-            if not (_is_right(w, n_x, n_c) and _followers_stay(w, n_x, n_c)):
+            if not (_is_right(w, n_x, n_c) and leaver(w, n_x, n_c) < 0):
                 continue
-            same = best >= 0 and _same_motion(w, n_q)
-            if best >= 0 and not same and not _same_closed(w):
+            if best >= 0 and is_another(w, n_q):
                 return PAINLEVE
-            several = several or (right > 0 and not same and sticking == best)
+            several = several or (right > 0 and sticking == best and not _same_motion(w, n_q))
             right += 1
             if sticking > best:
                 best, several = sticking, False
-                for r in range(w.m.size):
-                    w.impacts.found[r] = w.m[r]
-                for r in range(n_q):
-                    w.impacts.rates[r] = w.probe[n_q + r, 1]
+                keep_found(w, n_q)
         next_trial(w, n + n_c)
     if best < 0 or several:
         return PAINLEVE
+    take_found(w)
+    return OK
+
+
+@compiled
+def try_mode(w: LoopArrays, n_c: int) -> int:
+    """Compute the series in the present trial mode; return how many contacts stick or are closed in it."""
+    held = _try_forces(w, n_c)
+    prelude(w)
+    probe(w)
+    return held
+
+
+@compiled
+def _try_forces(w: LoopArrays, n_c: int) -> int:
+    """Set the present trial mode and the forces of what sticks in it; return how many contacts stick or are closed."""
+    held = _set(w, w.openings.variable.size, n_c)
+    share(w, n_c)
+    _leave_dependents(w, n_c)
+    return held
+
+
+@compiled
+def is_another(w: LoopArrays, n_q: int) -> bool:
+    """Whether the present mode and the one found before are two solutions: others are closed, and motions differ."""
+    return not _same_closed(w) and not _same_motion(w, n_q)
+
+
+@compiled
+def keep_found(w: LoopArrays, n_q: int) -> None:
+    """Keep the present mode and its accelerations as those found."""
+    for r in range(w.m.size):
+        w.impacts.found[r] = w.m[r]
+    for r in range(n_q):
+        w.impacts.rates[r] = w.probe[n_q + r, 1]
+
+
+@compiled
+def take_found(w: LoopArrays) -> None:
+    """Set the mode that was found."""
     for r in range(w.m.size):
         w.m[r] = w.impacts.found[r]
     prelude(w)
     probe(w)
-    return OK
 
 
 @compiled
@@ -198,7 +148,7 @@ def _leave_dependents(w: LoopArrays, n_c: int) -> None:
 @compiled(inline=True)
 def _options_of_line(w: LoopArrays, i: int) -> int:
     """Return the number of modes to try of friction along a line, apart from those of a contact that opens."""
-    if w.selection.zero[i] == 0 or _is_apart(w, i) or 0 <= w.contacts.partner[i] < i:
+    if w.selection.zero[i] == 0 or is_apart(w, i) or 0 <= w.contacts.partner[i] < i:
         return 1
     if w.contacts.partner[i] > i:
         return 2
@@ -238,48 +188,63 @@ def _set(w: LoopArrays, n: int, n_c: int) -> int:
 
 @compiled
 def _is_right(w: LoopArrays, n_x: int, n_c: int) -> bool:
-    """Whether no guard that starts at zero contradicts the trial mode."""
-    time, now = natural_time(w), instant(w)
-    for k in range(w.openings.variable.size):
-        if w.impacts.rests[k] == 0:
-            continue
-        g, little = n_x + w.limits.first_opening + 2 * k, ROUNDING * told(w, LEAST, k)
-        if is_open(w, k):
-            little *= told(w, RESPONSE, k)
-            a, b, c = 2.0 * w.probe[g, 2], 6.0 * w.probe[g, 3], 0.0
-        else:
-            a, b, c = w.probe[g + 1, 0], w.probe[g + 1, 1], 2.0 * w.probe[g + 1, 2]
-        if not stays(a, b, c, little, time, now):
+    """Whether no guard that starts at zero contradicts the trial mode, which is no other one written twice."""
+    time, now, n = natural_time(w), instant(w), w.openings.variable.size
+    for k in range(n):
+        if is_wrong(w, n_x, k, time, now):
             return False
     for i in range(n_c):
         k = w.contacts.opens[i]
         if k >= 0 and is_open(w, k):
-            if w.impacts.rests[k] and w.impacts.tried[w.openings.variable.size + i] > 0:
+            if w.impacts.rests[k] and w.impacts.tried[n + i] > 0:
                 return False  # the same mode as without slip
-            continue
-        if w.contacts.partner[i] >= 0:
+        elif w.contacts.partner[i] >= 0:
             if w.contacts.partner[i] > i and not plane_is_right(w, n_x, i, time, now):
                 return False
-            continue
-        if w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
-            continue
-        if w.m[i] > 0.5:
-            for g in (n_x + backward(i), n_x + forward(i)):
-                room, change, bend = w.probe[g, 0], w.probe[g, 1], 2.0 * w.probe[g, 2]
-                if not stays(room, change, bend, doubt_of(w, i), time, now):
-                    return False
-        elif w.selection.zero[i]:
-            g = n_x + backward(i)
-            a, b, c = w.probe[g, 1], 2.0 * w.probe[g, 2], 6.0 * w.probe[g, 3]
-            if not stays(a, b, c, doubted_acceleration(w, i, b), time, now):
-                return False
+        elif way_out(w, n_x, i, time, now) != RIGHT:
+            return False
     return True
 
 
 @compiled
-def _followers_stay(w: LoopArrays, n_x: int, n_c: int) -> bool:
-    """Whether slips that are zero because they follow from others stay so: the gap they follow from may move."""
-    time, now, probed, stay = natural_time(w), instant(w), False, True
+def is_wrong(w: LoopArrays, n_x: int, k: int, time: float, now: float) -> bool:
+    """Whether the guard of contact k that opens contradicts the trial mode."""
+    if w.impacts.rests[k] == 0:
+        return False
+    g, little = n_x + w.limits.first_opening + 2 * k, ROUNDING * told(w, LEAST, k)
+    if is_open(w, k):
+        little *= told(w, RESPONSE, k)
+        a, b, c = 2.0 * w.probe[g, 2], 6.0 * w.probe[g, 3], 0.0
+    else:
+        a, b, c = w.probe[g + 1, 0], w.probe[g + 1, 1], 2.0 * w.probe[g + 1, 2]
+    return not stays(a, b, c, little, time, now)
+
+
+@compiled
+def way_out(w: LoopArrays, n_x: int, i: int, time: float, now: float) -> int:
+    """Return what contact i along a line does against the trial mode: STICKS, FORWARD or BACKWARD, or RIGHT."""
+    if w.m[i] == FOLLOWS or w.m[i] == AT_BOUND:
+        return RIGHT
+    if w.m[i] > 0.5:
+        for g, out in ((n_x + backward(i), BACKWARD), (n_x + forward(i), FORWARD)):
+            room, change, bend = w.probe[g, 0], w.probe[g, 1], 2.0 * w.probe[g, 2]
+            if not stays(room, change, bend, doubt_of(w, i), time, now):
+                return out
+    elif w.selection.zero[i]:
+        g = n_x + backward(i)
+        a, b, c = w.probe[g, 1], 2.0 * w.probe[g, 2], 6.0 * w.probe[g, 3]
+        if not stays(a, b, c, doubted_acceleration(w, i, b), time, now):
+            return STICKS
+    return RIGHT
+
+
+@compiled
+def leaver(w: LoopArrays, n_x: int, n_c: int) -> int:
+    """Return a contact whose slip is zero because it follows from others, and does not stay so: the gap may move.
+
+    It is -1 if there is none, and the direction of the slip that of its guard.
+    """
+    time, now, probed, found = natural_time(w), instant(w), False, -1
     for i in range(n_c):
         if w.m[i] != FOLLOWS or w.contacts.partner[i] >= 0:
             continue
@@ -290,11 +255,13 @@ def _followers_stay(w: LoopArrays, n_x: int, n_c: int) -> bool:
         g, probed = n_x + backward(i), True
         a, b, c = w.probe[g, 1], 2.0 * w.probe[g, 2], 6.0 * w.probe[g, 3]
         little = no_acceleration(w, i, b) + abs(b) * now
-        stay = stay and abs(a) <= little and abs(b) * time <= little and abs(c) * time * time <= little
+        if not (abs(a) <= little and abs(b) * time <= little and abs(c) * time * time <= little):
+            found = i
+            break
     if probed:
         prelude(w)
         probe(w)
-    return stay
+    return found
 
 
 @compiled
@@ -317,38 +284,4 @@ def _same_motion(w: LoopArrays, n_q: int) -> bool:
         new, old = w.probe[n_q + r, 1], w.impacts.rates[r]
         if abs(new - old) > _SAME * (abs(new) + abs(old)) + ROUNDING * scale:
             return False
-    return True
-
-
-@compiled
-def _mark_slips(w: LoopArrays, n_x: int, n_c: int) -> None:
-    """Mark slips whose acceleration is zero within the error of the run, so that the next derivative counts."""
-    for i in range(n_c):
-        g = backward(i)
-        if w.m[i] == 0.0 and w.guards.fresh[g] and w.contacts.partner[i] < 0:
-            a, b = w.probe[n_x + g, 1], 2.0 * w.probe[n_x + g, 2]
-            w.guards.fresh[g] = 1 + (abs(a) <= doubted_acceleration(w, i, b))
-
-
-@compiled
-def _mark_openings(w: LoopArrays, n_x: int) -> bool:
-    """Mark the guards of contacts that open which start the new mode at zero, and give them scales.
-
-    Return whether no gap is about to become negative.
-    """
-    now = instant(w)
-    for k in range(w.openings.variable.size):
-        g, little = w.limits.first_opening + 2 * k, ROUNDING * told(w, LEAST, k)
-        w.guards.slack[g], w.guards.slack[g + 1], w.guards.fresh[g], w.guards.fresh[g + 1] = 0.0, 0.0, 0, 0
-        if not is_open(w, k):
-            force, change = w.probe[n_x + g + 1, 0], w.probe[n_x + g + 1, 1]
-            w.guards.fresh[g + 1] = abs(force) <= little + abs(change) * now
-        elif w.impacts.touches[k]:
-            if w.impacts.rests[k] == 0 and not w.probe[n_x + g, 1] > 0.0:
-                return False
-            a, jerk = 2.0 * w.probe[n_x + g, 2], 6.0 * w.probe[n_x + g, 3]
-            still = w.impacts.rests[k] != 0
-            w.guards.fresh[g] = 1 + still + (still and abs(a) <= told(w, RESPONSE, k) * little + abs(jerk) * now)
-        w.scale[n_x + g] = max(w.scale[n_x + g], told(w, SIZE, k))
-        w.scale[n_x + g + 1] = max(w.scale[n_x + g + 1], told(w, LEAST, k))
     return True

@@ -22,7 +22,7 @@ Antali and Stepan, Sliding and crossing dynamics in extended Filippov systems, S
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.lower.planes import SINCE, STARTS, TURNS
+from symfric.lower.planes import STARTS, TURNS
 from symfric.solve.loop.arithmetic import value
 from symfric.solve.loop.codes import PULL, SETTLE, TERMS
 from symfric.solve.loop.events.first_event import first_event
@@ -275,14 +275,11 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
         i = w.planes.row[k]
         row = n_x + backward(i)
         speed, rate = w.c[row, 0], w.c[row, 1]
-        if w.m[i] != 0.0:
+        if w.m[i] != 0.0 or not rate < 0.0:
             continue
         rounding = ROUNDING * max(w.gauge[TERMS, i], w.gauge[TERMS, i + 1])
-        if rate < 0.0 and speed < max(-rate * time, rounding):
+        if speed < max(-rate * time, rounding):
             hit, time = k, speed / -rate
-        elif speed <= rounding and w.y[n_x] - w.m[w.planes.variable[i] + SINCE] > 2.0 * w.clock.h_last:
-            hit, time = k, 0.0  # a step has ended at the stop, up to rounding
-            break
     if hit < 0:
         return False
     n_q, n_y = w.limits.n_q, n_x // (1 + w.limits.varied)
@@ -291,8 +288,7 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
         w.step.base[0, r] = w.y[r]
         w.y[r] += time * w.c[r, 1] if moves else 0.0
     w.y[n_x] += time
-    if time > 0.0:
-        keep_straight(w, n_x, n_c, time)
+    keep_straight(w, n_x, n_c, time)
     for g in range(w.guards.hit.size):
         w.guards.hit[g], w.guards.fresh[g] = 0, 0
     for k in range(w.planes.row.size):  # those of the same slip arrive together
