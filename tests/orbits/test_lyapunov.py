@@ -133,19 +133,21 @@ def test_chaos_with_stick_and_slip_against_two_motions():
     start = sf.lyapunov(scene, 10 * period, transient=200 * period).end
     scene = scene.starting(dict(zip("xu", start.tolist(), strict=True)))
     found = sf.lyapunov(scene, n * period, transient=0.0, tolerance=1e-13)
-    program = sf.prepare(scene.until(period).wanting({"end": sf.End(), "path": sf.Trajectory()}), 1e-13)
+    wanted = {"end": sf.End(), "path": sf.Trajectory()}
+    wanted |= {f"{what.__name__} {s}": what(s) for what in (sf.Min, sf.Max) for s in (X, U)}
+    program = sf.prepare(scene.until(period).wanting(wanted), 1e-13)
     follow = lambda y: program.run(initial=dict(zip("xu", y, strict=True)))  # noqa: E731
-    y, way, growth, stuck, xs = start, np.array([size, 0.0]), [], 0, []
+    y, way, growth, stuck, ends = start, np.array([size, 0.0]), [], 0, []
     for _ in range(n):
         here, there = follow(y), follow(y + way)
         gap = there.final - here.final
         growth.append(np.log(np.linalg.norm(gap) / size))
         y, way = here.final, gap * size / np.linalg.norm(gap)
         stuck += np.any(here.mode == 0)
-        xs.append(here.x)
+        ends.append([[here.outputs[f"{what} {s}"] for s in (X, U)] for what in ("Min", "Max")])
     assert stuck > n / 3
     # lengths are relative to the ranges of the states there: that of the last distance against that of the first one
-    ranges = np.ptp(np.concatenate(xs, axis=1), axis=1)
+    ranges = np.max(ends, axis=0)[1] - np.min(ends, axis=0)[0]
     relative = np.log(np.linalg.norm(way / ranges) / (size / ranges[0]))
     assert found.exponent == pytest.approx((np.sum(growth) + relative) / (n * period), abs=2e-5)
     assert found.exponents[1] == -np.inf
