@@ -311,7 +311,7 @@ class Run(ArrayResult):
         >>> import symfric as sf
         >>> x, u = sp.symbols("x u", real=True)
         >>> bounce = sf.Reset(guard=x, set={u: -u / 2})
-        >>> ball = sf.Scene(sf.System([x], [u], [[1]], [-1]), initial={x: 0.5, u: 0}, horizon=2.5, resets=[bounce])
+        >>> ball = sf.Scene(sf.System([x], [u], [[1]], [-1]), initial={x: 0.5, u: 0}, horizon=2.4, resets=[bounce])
         >>> sf.simulate(ball).jumps_of("u")
         array([1., 2.])
         """

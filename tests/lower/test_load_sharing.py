@@ -39,6 +39,7 @@ def shared(factors, modes, forces, jumps, loads=LOADS):
         s=[ca.SX(m) for m in modes],
         y=ca.SX.sym("y"),
         t=ca.SX.sym("t"),
+        pressed=ca.SX(0, 1),
     )
     found, rooms = rooms_left(model, ca.SX(forces))
     number = lambda e: float(ca.evalf(ca.SX(e)))  # noqa: E731
