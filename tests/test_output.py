@@ -85,7 +85,7 @@ def test_every_command_is_tried():
     assert set(CALLS) == set(COMMANDS) - {"explore"}
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(10)
 @pytest.mark.parametrize("encoding", longer(["ascii", "latin-1", "cp1252", "utf-8"], ["latin-1", "cp1252", "utf-8"]))
 @pytest.mark.parametrize("command", CALLS)
 def test_every_encoding_can_show_what_a_command_prints(command, encoding, scene, monkeypatch):
@@ -107,7 +107,7 @@ def broken_pipe():
     return os.fdopen(writing, "w")
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(10)
 @pytest.mark.parametrize("command", CALLS)
 def test_a_reader_that_has_enough_ends_nothing(command, scene, monkeypatch):
     stream = broken_pipe()
@@ -117,7 +117,7 @@ def test_a_reader_that_has_enough_ends_nothing(command, scene, monkeypatch):
     stream.close()  # nothing is left in it that would fail when Python ends
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(10)
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
 @pytest.mark.parametrize("command", CALLS)
 def test_output_that_is_lost_is_one_line_and_status_1(command, scene, monkeypatch):

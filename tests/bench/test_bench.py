@@ -134,6 +134,7 @@ def test_a_peer_that_fails_is_one_line_of_the_table(monkeypatch):
     assert not curve.points
 
 
+@pytest.mark.long(beside="test_the_picture_and_the_numbers_are_written")
 def test_growth_is_a_slope_and_its_command_shows_and_writes_it(folder, monkeypatch):
     square = scaling.CostGrowth("squares", "run", (1.0, 2.0, 4.0), (3.0, 12.0, 48.0))
     assert square.exponent == pytest.approx(2)

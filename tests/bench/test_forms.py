@@ -39,7 +39,7 @@ def truth():
 PAIRS = [(name, loop) for name in SCENES for loop in LOOPS if (name, loop) != ("record", "diffrax")]
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize(("name", "loop"), PAIRS)
 def test_every_loop_finds_the_motion(name, loop, truth):
     if importlib.util.find_spec(loop) is None:

@@ -6,6 +6,7 @@ import pytest
 import symfric as sf
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("Omega", [20, 30])
 def test_the_spring_s_share_of_the_fast_velocity(Omega):
     scene = sf.scenes.mass_on_belt(v_b=0.3, a=0.01, Omega=Omega)

@@ -10,6 +10,7 @@ n = sp.Symbol("n", integer=True)
 F, G = sp.symbols("F G", cls=sp.Function)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     "zero",
     [

@@ -52,7 +52,7 @@ def multiplied(right, factor):
     return spoiled
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize(
     "name", longer(SPOILED, [n for n in SPOILED if n.startswith("damping of") and "peak" not in n])
 )

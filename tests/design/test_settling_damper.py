@@ -35,6 +35,7 @@ def rest(zeta, stick, delta=0.06):
     return n * np.pi / np.sqrt(1 - zeta**2)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("stick", [1.0, 1.5])
 @pytest.mark.parametrize("settle", [7.0, 10.0, 13.5])
 def test_rest_in_time_lies_on_a_jump(stick, settle):
@@ -81,6 +82,7 @@ def tail(zeta, settle):
     return 0.5 * (x.max() - x.min())
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("limit", [0.05, 0.01])
 def test_a_sliding_system_decays_to_a_half_range(limit):
     """A belt faster than the mass: constant friction only shifts the middle, and extrema are half cycles apart."""

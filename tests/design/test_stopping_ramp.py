@@ -44,7 +44,7 @@ def stopped(mu1, mu2, lam, epsilon, start, ramp, speed, sigma=0.0):
                 break
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("sigma", [0.0, 0.15])
 @pytest.mark.parametrize(
     ("mu1", "mu2", "epsilon", "V", "ramp"),
@@ -58,7 +58,7 @@ def test_the_error_is_that_of_another_integrator(mu1, mu2, epsilon, V, ramp, sig
     assert found["stop_time"] > 0
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     "given",
     [

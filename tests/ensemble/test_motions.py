@@ -91,6 +91,7 @@ def test_a_motion_is_the_input_of_a_scene():
     assert found == pytest.approx(max(outputs["high"], -outputs["low"]), rel=1e-9)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("period", [0.03, 0.4, 3.0, 30.0])
 @pytest.mark.parametrize("damping", [0.0, 0.05, 0.7])
 def test_spectrum_is_that_of_a_simulation(period, damping):

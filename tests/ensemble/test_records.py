@@ -322,6 +322,7 @@ def refusal(read) -> str:
     return ""
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("seed", range(200))
 def test_words_of_any_file_are_not_repeated(seed, tmp_path):
     """Lines of numbers, words and signs at random, in the places that the readers look at."""

@@ -87,7 +87,7 @@ def decaying(delta, zeta, kappa, omega=1.3):
 CASES = [(0.01, 0, 0), (0, 0.01, 0), (0, 0, 0.03), (0.005, 0.01, 0.03)]
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(("delta", "zeta", "kappa"), CASES)
 def test_damping_from_the_envelope(delta, zeta, kappa):
     x = sf.simulate(decaying(delta, zeta, kappa), 1e-11)(T)[0]

@@ -53,6 +53,7 @@ def test_a_law_that_is_not_linear_in_its_state():
         )
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("closed", [False, True])
 def test_values_of_dahl_from_noisy_loops(closed):
     clean, _ = modelled(DAHL, ("mu_c", "sigma"), [0.3, 2000.0], closed=closed)

@@ -140,6 +140,7 @@ def test_derivatives_of_losses(name):
     assert cost(np.array([1e-3])) == pytest.approx(0.5e-6, rel=1e-5)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", [n for n in LOSSES if n != "linear"])
 def test_the_sandwich_is_the_spread_of_estimates(name):
     """Lines through points, a tenth of which has ten times the noise; and 95 % efficiency for normal noise."""

@@ -56,6 +56,7 @@ def test_multipliers_of_the_published_setting():
     assert np.prod(orbit.multipliers).real == pytest.approx(0.36, abs=1e-12)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("restitution", [0.2, 0.5, 0.8])
 @pytest.mark.parametrize("share", [0.15, 0.5, 0.85])
 def test_multipliers_are_those_of_the_exact_map(restitution, share):
@@ -68,6 +69,7 @@ def test_multipliers_are_those_of_the_exact_map(restitution, share):
     assert np.prod(orbit.multipliers).real == pytest.approx(restitution**2, abs=1e-11)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("restitution", [0.3, 0.6])
 def test_a_branch_folds_and_flips_where_the_exact_map_does(restitution):
     fold, flip = corners(30.0, restitution)

@@ -24,6 +24,7 @@ def dropped(at, start, tolerance, restitution=0.5, outputs=None):
     return sf.prepare(scene, tolerance)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
 @pytest.mark.parametrize(("at", "start"), [(0.1, 1.0), (2.9, 0.001), (0.5, 0.0)], ids=["flying", "at rest", "closed"])
 def test_a_body_put_into_the_floor_ends_the_run(at, start, tolerance):
@@ -52,6 +53,7 @@ def on_curved_floor(tolerance):
     )
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-12])
 @pytest.mark.parametrize("start", [{}, {"y": 0.1}], ids=["closed", "flying"])
 def test_how_deep_a_body_is_put_decides_at_every_tolerance(tolerance, start):
@@ -68,6 +70,7 @@ def test_how_deep_a_body_is_put_decides_at_every_tolerance(tolerance, start):
     assert program.run({"place": 1e-6}, start).status == sf.Status.OK
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-8, 1e-12])
 @pytest.mark.parametrize(("at", "start"), [(0.1, 1.0), (2.9, 0.001), (0.5, 0.0)], ids=["flying", "at rest", "closed"])
 def test_depths_of_all_sizes_end_the_run(at, start, tolerance):

@@ -49,6 +49,7 @@ def test_a_block_dropped_flat_comes_to_rest(order):
         assert max(event.t for event in run.events) <= 3.0
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("height", [0.0, 0.1, 0.5])
 def test_energy_of_a_plastic_landing_balances(height):
     """All of it is lost at once, so that none is left to measure the residual by but what was."""
@@ -79,12 +80,14 @@ def row(n):
     return sf.Scene(sf.System([*x], [*u], sp.eye(n), [0] * n), contacts, {}, start, 1.0)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("n", [12, 25])
 def test_balls_that_touch_are_struck_together(n):
     run = sf.simulate(row(n)).checked()  # as one body of the mass of all others, at a restitution of one
     assert run.final[n:] == pytest.approx([(2 - n) / n, *[2 / n] * (n - 1)], abs=1e-14)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("drive", [sp.sin(sf.TIME) * X, sp.sin(sf.TIME)], ids=["series", "linear"])
 def test_feet_of_one_slip_share_its_friction(drive):
     """Their bounds move with their normal forces, so that no condition on these may stand in a series."""

@@ -42,7 +42,7 @@ def errors(make, seed, *steps):
     ]
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("make", by_name(DEFAULT), ids=lambda make: make.__name__)
 def test_time_stepping_comes_near_at_first_order(make):
     coarse, fine = np.transpose([errors(make, seed, 80, 640) for seed in range(2)])
@@ -95,7 +95,7 @@ def test_time_stepping_comes_near_in_many_scenes(make):
     assert len(far) <= 13, far
 
 
-@pytest.mark.one_in(6)
+@pytest.mark.one_in(12)
 @pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)
 def test_energy_balances(make):
     for seed in range(4):

@@ -54,7 +54,7 @@ def by_hand(scene, y, t, s, d):
 MODES = [(n, c, varying) for n, c in ((1, 1), (2, 1), (2, 2), (3, 2), (4, 3)) for varying in (False, True)]
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(10)
 @pytest.mark.parametrize("mode", longer(MODES, [(4, 3, False)]))
 def test_forces_and_accelerations_in_every_mode(mode):
     n, n_c, varying = mode

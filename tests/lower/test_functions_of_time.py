@@ -14,7 +14,7 @@ SHAPES = {
 }
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("where", ["load", "force"])
 def test_a_continuous_piecewise_of_time_is_taken_by_some_route(shape, where):

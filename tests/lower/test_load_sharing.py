@@ -100,6 +100,7 @@ def test_contacts_without_load_share_nothing():
     assert rooms[0] == (-0.4, 0.4)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("factor", [3, -2, sp.Symbol("c", positive=True)])
 def test_slips_whose_coefficients_are_parameters_share_in_proportion_to_their_bounds(factor):
     """While they hold; the ratio of the slips is a number, or a parameter of known sign, and those of velocities are not."""

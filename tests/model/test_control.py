@@ -48,7 +48,7 @@ class PID:
         return command
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("k", range(8))
 def test_a_pid_with_limits_is_the_loop_that_engineers_write(k):
     rng = np.random.default_rng(k)
@@ -150,7 +150,7 @@ def transfer_matrix(rng, inputs, outputs):
     return control.tf(num, den, 0.25)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(("inputs", "outputs"), [(1, 1), (2, 1), (1, 2), (2, 3)])
 @pytest.mark.parametrize("kind", ["state space", "transfer functions"])
 def test_discrete_systems_of_python_control(kind, inputs, outputs):

@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 import symfric as sf
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("beta", [0.2, 0.5, 0.9])
 @pytest.mark.parametrize("mu", [0.3, 0.6])
 def test_a_part_begins_to_slide_and_to_fly_where_the_track_says(mu, beta):
@@ -78,6 +78,7 @@ def test_the_orbit_without_impacts_touches_where_its_amplitude_is_the_gap(gap):
         assert bool(late) == (factor > 1)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("m", "k", "preload", "h"), [(0.5, 400.0, 0.02, 0.01), (0.2, 900.0, 0.0, 0.02), (1, 50, 0.3, 0.1)]
 )

@@ -38,7 +38,7 @@ def clean(system):
     assert not any(e.has(sp.sign, sp.Heaviside, sp.Derivative, sp.Eq, sp.re, sp.im) for e in system.expressions)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", POTENTIALS)
 def test_force_is_minus_the_slope_of_the_potential(name):
     system = oscillator(potential=POTENTIALS[name])
@@ -51,7 +51,7 @@ def test_force_is_minus_the_slope_of_the_potential(name):
             assert float(force(x)) == pytest.approx(-slope, abs=1e-7)
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", [n for n in POTENTIALS if n not in ("odd", "of a parameter")])
 def test_energies_with_kinks_keep_their_sum(name):
     values = {s: n for s, n in NUMBERS.items() if s in POTENTIALS[name].free_symbols}

@@ -158,7 +158,7 @@ def mean(formula, s, q, levels=(0.0,)):
     return integrate.quad(f, 0, np.pi, points=split, limit=400, epsabs=1e-12, epsrel=1e-11)[0] / np.pi
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize(
     ("name", "q"),
     [*((name, 0.3) for name in LAWS), *((name, q) for name in ("coulomb", "cubic", "stribeck") for q in (0.01, 1.0))],
@@ -175,6 +175,7 @@ def test_effective_law_agrees_with_quadrature(name, q):
     assert averaged.smooth
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", ["linear", "arctan", "tanh"])
 def test_effective_law_of_a_regularised_law(name):
     law = L.stribeck(0.4, 0.25, 0.2).regularised(0.02, name)
@@ -184,6 +185,7 @@ def test_effective_law_of_a_regularised_law(name):
         assert averaged(s) == pytest.approx(mean(formula, s, 0.3), abs=1e-5)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     "law",
     [
@@ -216,7 +218,7 @@ def test_closed_forms_of_effective_laws():
     assert L.gauss(0.3, 0.5).averaged(0.3)(1e-6) / 1e-6 == pytest.approx(slope, rel=1e-6)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", LAWS)
 def test_without_vibration_the_law_is_itself(name):
     law, _, _ = LAWS[name]

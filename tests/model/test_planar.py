@@ -32,7 +32,7 @@ def two_bodies():
     return sf.mechanics.Body(X, Y, TH, q, u), sf.mechanics.Body(*MORE[0], q=q, u=u)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("radius", [0, 0.4])
 def test_a_point_against_the_edge_of_a_moving_body(seed, radius):

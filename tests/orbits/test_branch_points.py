@@ -52,7 +52,7 @@ def test_the_other_branch_of_a_pitchfork(symmetric):
         assert np.allclose(np.sort(np.abs(np.linalg.eigvals(M))), np.sort(np.abs(orbit.multipliers)), atol=1e-7)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("b", [1e-8, -1e-5, 1e-2])
 def test_an_imperfection_leaves_no_branch_point(b):
     """The branch bends away where the symmetric one has its branch point; the other one has a fold."""

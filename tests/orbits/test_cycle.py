@@ -28,6 +28,7 @@ def non_stop(b, f):
     return np.sqrt(V**2 - (f * W) ** 2)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("v_b", "fall"), [(0.2, 0.1), (0.05, 0.15), (1.5, 0.3)])
 def test_coulomb_belt_in_closed_form(v_b, fall):
     """Without damping: an arc around mu_k from the release at mu_s, then a stick of 2 (mu_s - mu_k)/v_b."""
@@ -44,7 +45,7 @@ def test_coulomb_belt_in_closed_form(v_b, fall):
     assert orbit.stable
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("v_b", [0.05, 0.2, 0.39, 0.42])
 def test_belt_against_a_long_simulation(v_b):
     scene = BELT.where({"v_b": v_b})
@@ -65,6 +66,7 @@ def test_the_guess_may_be_rough_and_the_result_the_next_guess():
     assert again.half_range == pytest.approx(rough.half_range, rel=1e-9)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("b", "f"), [(0.7, 0.2), (1.6, 0.2), (2.5, 0.3), (0.55, 0.25)])
 def test_forced_oscillator_that_never_stops(b, f):
     orbit = sf.limit_cycle(shaken(b, f))
@@ -200,6 +202,7 @@ def ring(start, horizon=25.0):
     return sf.Scene(sf.System([X], [U], [[1]], [force]), [], {}, {X: start, U: 0.0}, horizon)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("start", [1.999, 0.5])
 def test_a_motion_is_followed_to_a_stable_cycle(start):
     """From 1.999 the motion stays near the unstable one for a horizon."""

@@ -18,6 +18,7 @@ def motion(turns, middle, horizon):
     return sf.simulate(sf.Scene(system, [], {}, start, horizon, {"path": sf.Trajectory()}), 1e-12)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("middle", [-3.0, 0.0, 0.7])
 @pytest.mark.parametrize("turns", [1, 2, 5, MOST])
 def test_a_free_motion_returns_after_its_turns_through_the_middle(turns, middle):
@@ -39,6 +40,7 @@ def test_more_turns_are_not_sought(forcing):
     assert guess_of(motion(MOST + 1, 0.7, 2 * np.pi * 60.5), forcing).turns <= MOST
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("other", ["decays", "drifts", "hardly moves"])
 def test_the_coordinate_whose_range_lasts_tells_the_period(other):
     """Beside it one that is at rest in the end, one that never comes back, or one that has stopped at its largest."""

@@ -111,6 +111,7 @@ def test_coulomb_friction_contracts_at_its_jumps_alone():
     assert np.sum(jumps) / (20 * period) < -0.05
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     ("force", "expected"),
     [

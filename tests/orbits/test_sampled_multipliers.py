@@ -33,7 +33,7 @@ def drawn(seed):
     return sf.Scene(system, [rail], {}, {x: 0.1, u: 0.0}, 30 * period, held=held, resets=kicks)
 
 
-@pytest.mark.one_in(45)
+@pytest.mark.one_in(90)
 @pytest.mark.parametrize("seed", range(90))
 def test_multipliers_are_those_of_the_map(seed):
     scene = drawn(seed)

@@ -50,7 +50,7 @@ def test_coupled_springs_stop_where_two_methods_say():
     assert run.final == pytest.approx([0.0397606991051733, -0.00738456839793284, 0, 0], abs=1e-14)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("angle", [0.0, 0.8])
 def test_a_motion_on_a_line_is_that_of_a_line_contact(law, angle):

@@ -50,7 +50,7 @@ EXTRA = {
 }
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize(
     ("kind", "later"), [*((kind, 1e-3) for kind in EXTRA), ("kink in time", 1e-7), ("kink of place", 0.2)]
 )

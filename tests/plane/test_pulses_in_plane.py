@@ -46,7 +46,7 @@ STARTS = {
 }
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize("width", [0.1, 0.004])
 @pytest.mark.parametrize("later", [0.05, 1.5, 9.0])
 @pytest.mark.parametrize("kind", STARTS)
@@ -75,7 +75,7 @@ OTHERS = {
 }
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("width", [0.1, 0.004])
 @pytest.mark.parametrize("kind", OTHERS)
 def test_other_pulses_act_as_on_a_contact_along_a_line(kind, width):

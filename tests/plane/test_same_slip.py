@@ -31,7 +31,7 @@ FAMILY = {
 }
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(10)
 @pytest.mark.parametrize("order", [1, -1])
 @pytest.mark.parametrize("family", FAMILY)
 def test_they_are_one_contact(family, order):

@@ -33,7 +33,7 @@ def curves(figure, law):
 # --- Decays by the hundred are those of the scene ---------------------------------------------------------------
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("start", [{"x0": 0.01}, {"x0": 0.0, "v0": 0.3}])
 def test_a_decay_is_that_of_the_scene(law, start):
@@ -59,7 +59,7 @@ def test_starts_have_the_energy():
 # --- Figures -----------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", FIGURES)
 def test_figures_are_data(data, name):
     figure = data[name]

@@ -34,7 +34,7 @@ def test_every_public_design_has_a_table_and_an_example():
     assert functions == set(KINDS) == {path.stem for path in FOLDER.glob("*.toml")} == {*SHOWN, *SUMMARY}
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("kind", SUMMARY)
 def test_a_design_of_a_file(kind):
     file = read_scene_file(FOLDER / f"{kind}.toml")
@@ -45,7 +45,7 @@ def test_a_design_of_a_file(kind):
     assert {name for name, _, _ in designs.rows(plan, found, file)} > set(plan.varied)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("kind", SHOWN)
 def test_a_design_on_a_page(kind):
     result = study(read_scene_file(FOLDER / f"{kind}.toml"))

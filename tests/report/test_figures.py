@@ -115,7 +115,7 @@ def drawings(motion, sweep, friction):
     }
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("plot", ["time", "phase", "friction", "amplitudes", "eigenvalues", "before"])
 def test_every_picture_takes_an_ax_and_becomes_a_valid_svg(plot, motion, sweep, friction):
     draw, given = drawings(motion, sweep, friction)[plot], new_axes()

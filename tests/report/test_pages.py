@@ -39,7 +39,7 @@ def folder(browser, tmp_path_factory):
     return place
 
 
-@pytest.mark.one_in(5)
+@pytest.mark.one_in(10)
 @pytest.mark.parametrize(("width", "media"), [(400, "screen"), (1400, "screen"), (720, "print")])
 @pytest.mark.parametrize("name", PAGES)
 def test_a_page_is_whole_at_every_width(browser, folder, name, width, media):

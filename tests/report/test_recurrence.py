@@ -45,7 +45,7 @@ PERIODIC = {
 }
 
 
-@pytest.mark.one_in(6)
+@pytest.mark.one_in(12)
 @pytest.mark.parametrize("name", PERIODIC)
 def test_a_period_is_one_of_the_motion(name):
     given, period = PERIODIC[name]
@@ -82,7 +82,7 @@ NOT_PERIODIC = {
 }
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("name", NOT_PERIODIC)
 def test_what_has_not_settled_has_no_period(name):
     given, note = NOT_PERIODIC[name]
@@ -93,6 +93,7 @@ def test_what_has_not_settled_has_no_period(name):
     assert found.smallest < found.largest
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     "given",
     [
@@ -146,6 +147,7 @@ b = %s
 """
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("b", "settles"), [("2.6", True), ("1.8384776310850235", False)])
 def test_the_summary_says_whether_it_settles(b, settles):
     line = summary(study(read_scene_text(STUDY % b)))[-1]

@@ -86,6 +86,7 @@ def test_motions_come_from_tables_and_from_records_beside_the_file(tmp_path):
     assert set(found.values) == {"C", "mu"}
 
 
+@pytest.mark.long(beside="test_motions_come_from_tables_and_from_records_beside_the_file")
 def test_pairs_of_motions_shake_an_isolator_in_two_directions():
     other = BURST.replace("1.5", "1.0").replace("0.2", "0.1")
     file = read_scene_text(DISH + BEARING + f"motions = [[{BURST}, {other}]]\nlimits.displacement = 0.2\n")
@@ -186,6 +187,7 @@ BAD = [
 ]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("text", "part"), BAD, ids=[f"{k}-{b[1][:30]}" for k, b in enumerate(BAD)])
 def test_a_bad_table_ends_in_one_clear_line(text, part):
     with pytest.raises(sf.SceneError) as error:

@@ -286,7 +286,7 @@ BAD_EXPRESSIONS = [
 ]
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize(("text", "part"), BAD_EXPRESSIONS, ids=lambda v: v[:30] if isinstance(v, str) else v)
 def test_bad_expression_is_refused_quickly(text, part, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -417,6 +417,7 @@ BAD_FILES = [
 ]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("text", "part"), BAD_FILES, ids=[f"{i}-{p[1][:24]}" for i, p in enumerate(BAD_FILES)])
 def test_bad_file_ends_in_one_clear_line(text, part):
     start = time.perf_counter()

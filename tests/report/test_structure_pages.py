@@ -183,6 +183,7 @@ def test_places_are_read_and_checked(tmp_path):
             read_places(place, ["a"], "scene.places")
 
 
+@pytest.mark.long(beside="test_the_page_of_a_made_brake_draws_its_mesh_and_says_which_contacts_open")
 def test_the_page_of_the_starter(tmp_path):
     """From the file to start from to the page: flutter in Hz, Hopf point, limit cycles to lift-off, and the data."""
     call = CliRunner().invoke

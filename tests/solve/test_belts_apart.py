@@ -45,6 +45,7 @@ def test_a_body_follows_the_belt_it_sticks_to(seed):
     assert other.final == pytest.approx(run.final, abs=1e-7)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("route", ["taylor", "integrators"])
 def test_a_belt_that_starts_to_move_without_acceleration_leaves_what_rests(route):
     belt = sf.Contact("belt", U - sp.sin(sf.TIME) ** 3, 0.5, sf.laws.coulomb(0.4))
@@ -57,7 +58,7 @@ def test_a_belt_that_starts_to_move_without_acceleration_leaves_what_rests(route
         assert run.mode[slipping][-1] == -1
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("route", ["taylor", "exact", "integrators"])
 def test_slips_that_are_a_parameter_times_another_share_their_force(route):
     """Contacts rest together whatever the ratio of their slips; it needs no number for that."""

@@ -80,6 +80,7 @@ def test_dahl_after_a_reversal_of_steady_sliding():
     assert -run["mu"] == pytest.approx(1 - 2 * np.exp(-1.0), abs=1e-9)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("exponent", [1, 2, 1.5])
 def test_dahl_from_rest_has_its_stiffness_and_its_limit(exponent):
     law = sf.laws.dahl(0.5, 10.0, exponent)
@@ -90,7 +91,7 @@ def test_dahl_from_rest_has_its_stiffness_and_its_limit(exponent):
     assert run["mu"][1] == pytest.approx(0.5 * exact, rel=1e-9)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("speed", [1e-4, 1e-3, 0.01, -0.02])
 def test_steady_sliding_is_that_of_the_law(speed):
     law = sf.laws.lugre(1.5, 1.0, 0.001, 1e3, 3.0, 0.4)
@@ -121,6 +122,7 @@ def test_energies_add_up_to_the_work_of_friction():
     assert abs(sf.simulate(scene.wanting({"path": sf.Trajectory()})).energy_residual()) < 1e-9
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("sigma2", "passive"), [(0.0, False), (11.0, True)])
 def test_lugre_is_passive_under_its_condition(sigma2, passive):
     """Bristles stretched to the static limit, then pulled on at high speed, give energy back if it is violated."""
@@ -130,6 +132,7 @@ def test_lugre_is_passive_under_its_condition(sigma2, passive):
     assert (run["p"] >= 0) == passive
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("law", ["lugre", "elasto_plastic"])
 def test_drift_under_a_cyclic_load_below_the_limit(law):
     """A light body under a load that goes slowly between .2 and .8 of the limit."""

@@ -132,7 +132,7 @@ def test_every_status_but_ok_has_advice():
     assert set(ADVICE) == set(sf.Status)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("route", ROUTES)
 def test_a_program_repeats_simulate(route):
     program = sf.prepare(belt(route), 1e-9, route)
@@ -165,7 +165,7 @@ def test_symbols_and_names_are_the_same_keys():
     assert np.array_equal(program.run({v_b: 0.3}, {X: 0.1}).final, program.run({"v_b": 0.3}, {"x": 0.1}).final)
 
 
-@pytest.mark.one_in(6)
+@pytest.mark.one_in(12)
 @pytest.mark.parametrize("names", [["a", "Omega"], ["a"], ["Omega"], ["beta"], ["gamma2"]])
 @pytest.mark.parametrize("route", ROUTES)
 def test_parameters_that_were_zero_may_change(route, names):
@@ -187,6 +187,7 @@ def test_starts_that_depend_on_parameters_follow_them():
     assert program.run({"x0": 0.5}, {"x": -0.7}).x[0, 0] == -0.7
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("route", ROUTES)
 @pytest.mark.parametrize(
     ("values", "initial", "message"),

@@ -50,6 +50,7 @@ def bits(run):
     return run.status, run.final.tobytes(), [(e.t, e.contact, e.kind) for e in run.events], run.stats["steps"]
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", SCENES)
 def test_both_codes_end_at_the_same_bits(name):
     program = sf.prepare(SCENES[name](), 1e-10, route="taylor")
@@ -81,6 +82,7 @@ def test_it_is_exchanged_after_many_steps_of_runs(monkeypatch):
     assert len({bits(run)[1] for run in [*runs, program.run()]}) == 1
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("threads", [1, 2])
 def test_and_in_the_middle_of_a_map(monkeypatch, threads):
     program = sf.prepare(in_the_plane().wanting({"far": sf.Max(x)}), 1e-10, route="taylor")

@@ -44,7 +44,7 @@ def floor(seed, route):
     return sf.prepare(scene, 1e-12, route=route)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize(("seed", "route"), [*product(range(6), ("exact", "taylor"))])
 def test_cells_drawn_at_random_under_records_drawn_at_random(seed, route):
     rng = np.random.default_rng(100 + seed)
@@ -63,6 +63,7 @@ def test_cells_drawn_at_random_under_records_drawn_at_random(seed, route):
         assert run["peak"] == pytest.approx(peak, abs=1e-10)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("factor", "route"), [*product((-1, -3, 2), ("exact", "taylor"))])
 def test_what_a_contact_calls_forwards_may_be_any_way(factor, route):
     """The slip is a multiple of the velocity; `exact` then goes by its matrices."""
@@ -87,6 +88,7 @@ def test_what_a_contact_calls_forwards_may_be_any_way(factor, route):
     ]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("way", "route"), [*product((-1, 1), ("exact", "taylor"))])
 @pytest.mark.parametrize("values", [(0.005, 0.002), (0.005, 0.009), (0.005, 0.005)])
 def test_a_mass_that_comes_to_rest_on_an_edge(way, route, values):
@@ -102,6 +104,7 @@ def test_a_mass_that_comes_to_rest_on_an_edge(way, route, values):
     assert run.final == pytest.approx([u, w], abs=1e-11)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("way", "route"), [*product((-1, 1), ("exact", "taylor", "integrators"))])
 def test_contacts_on_one_body_add_up_the_cells_on_the_side_of_the_slip(way, route):
     """In the direction of the slip the first carries 1 or 3, the second, whose slip is -2 u, twice .5 or twice .25."""
@@ -211,7 +214,7 @@ def stepped(scene, n):
     return found
 
 
-@pytest.mark.one_in(9)
+@pytest.mark.one_in(18)
 @pytest.mark.parametrize("seed", range(18))
 def test_at_a_corner_of_contacts_the_routes_agree_with_small_steps(seed):
     scene, n = corner(seed), 2000
@@ -225,6 +228,7 @@ def test_at_a_corner_of_contacts_the_routes_agree_with_small_steps(seed):
         assert run.final == pytest.approx(other.final, abs=1e-6)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", range(4))
 def test_a_floor_of_eighty_cells_has_an_edge_where_the_mass_starts(seed):
     edges, values = sf.patched_floor(0.4, 80, 0.005, 0.002355, 0.004, seed=seed)

@@ -32,7 +32,7 @@ def true_motion(k, c, x0, u0, force, t):
         return float(y[0]), float(y[1])
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize("force", [0.0, 0.7])
 @pytest.mark.parametrize(
     ("k", "c"),
@@ -73,6 +73,7 @@ def test_long_overdamped_motions_neither_overflow_nor_take_more_steps(c):
     assert run["low"] == pytest.approx(-1 / c, rel=0.01)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(("k", "c"), [(1.0, 0.1), (1.0, 2.0), (1.0, 3.0), (1.0, -0.05), (0.0, 0.5)])
 def test_extremes_are_those_of_the_dense_output(k, c):
     wanted = {"path": sf.Trajectory(), "high": sf.Max(X + 2 * U), "low": sf.Min(X), "half": sf.HalfRange(U - X)}
@@ -106,7 +107,7 @@ def test_a_drive_slide_cycles_just_above_its_threshold_and_decays_just_below(mu1
         assert (run.checked().stats["events"] > 10) == cycles
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize(
     ("mu1", "mu2", "p_star", "eps"),
     [
@@ -325,7 +326,7 @@ def test_harmonics_powers_of_time_samples_and_kinks_are_linear_between_events():
     assert run.stats["events"] == other.stats["events"] > 4
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
@@ -417,6 +418,7 @@ def busy(call, n):
     return time.process_time() - begin
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     "scene", [sf.scenes.coulomb_oscillator(0.03), drive_slide(-0.3, 0.3, -0.2, 1.9)], ids=["P1", "drive slide"]
 )

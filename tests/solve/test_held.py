@@ -62,7 +62,7 @@ def sampled(period, offset, delay, step, horizon):
     return [(t, e) for t, e in found if t < horizon]
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize(
     ("period", "offset", "delay", "step"),
     [
@@ -169,7 +169,7 @@ def late(every, delay, **more):
     return plant(cmd.symbol, 5.95, values=values, held=[cmd])
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("delay", [0.0, 0.2, 0.3, 0.5, 0.6, 0.75, 0.9])
 def test_a_delay_by_parameters_equals_one_by_numbers(delay):
     """With room for three values on their way, also where the delay is a whole number of periods."""
@@ -201,7 +201,7 @@ def test_derivatives_by_a_delay_beyond_a_period():
         assert np.max(np.abs(run.sensitivities[name] - (4 * near - far) / 3)) < 1e-6
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     ("first", "second", "exists"), [(T, T, True), (T, tau, False), (T, 2 * tau, False), (T, 0.5, False)]
 )
@@ -368,6 +368,7 @@ def test_values_that_make_instants_impossible_are_refused(values, said):
         timed(**values)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("route", ["taylor", "exact", "integrators"])
 def test_values_of_a_run_that_make_instants_impossible_end_it(route):
     """A map has no exceptions: such a case has a status. Equal times are none."""

@@ -20,7 +20,7 @@ def error(run, problem) -> float:
     return max(abs(v - float(true)) for v, true in zip(run.checked().final, problem.reference, strict=True))
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("plugin", ["erk", "rosenbrock"])
 @pytest.mark.parametrize(
     ("name", "tolerance"),
@@ -58,6 +58,7 @@ def test_collocation_doubles_its_elements_until_the_result_stays():
     assert hopeless.status == sf.Status.INTEGRATOR
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", ["P1", "P2"])
 def test_motion_events_and_outputs_agree_with_the_taylor_route(name):
     scene = named(name).scene
@@ -176,7 +177,7 @@ SLIPS = {  # of a slip that begins at zero and may be shorter than a step; conti
 }
 
 
-@pytest.mark.one_in(9)
+@pytest.mark.one_in(18)
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
 @pytest.mark.parametrize("name", SLIPS)
 def test_short_slips_of_an_excited_belt_are_found(name, tolerance):
@@ -201,6 +202,7 @@ print(sf.simulate(scene, 1e-6, route="integrators").status.name)
     assert out.stderr == ""
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(
     "force", [sp.Symbol("x", real=True) ** 3, -1 / sp.Symbol("x", real=True)], ids=["grows", "pole"]
 )

@@ -49,7 +49,7 @@ def needs_shipped(loop):
         pytest.skip("the shipped loops are for another version of LLVM")
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("loop", LOOPS)
 def test_the_shipped_loops_belong_to_the_present_sources(loop):
     needs_shipped(loop)

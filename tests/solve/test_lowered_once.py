@@ -24,6 +24,7 @@ def lowerings(monkeypatch):
     return scenes
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("route", [None, "taylor"])
 @pytest.mark.parametrize(("names", "order"), [((), 1), (("v_b", "x"), 1), (("a",), 2)])
 def test_a_scene_is_lowered_once(lowerings, route, names, order):

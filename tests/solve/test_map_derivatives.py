@@ -106,6 +106,7 @@ def test_lanes_end_at_the_bits_of_the_event_loop(name):
     same_arrays(turned, replace(single, **{n: getattr(single, n)[order] for n in ROWS}), kinds)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", longer(SCENES, ["smooth law"]))
 def test_a_case_has_the_derivatives_of_its_run_whatever_its_neighbours(name):
     program, ranges = prepared(name)

@@ -16,7 +16,7 @@ FAMILY = list(itertools.product(LAWS, SLIPS, OTHERS))
 STICKING = ("coulomb", "cubic", "spring", "maxwell slip")
 
 
-@pytest.mark.one_in(300)
+@pytest.mark.one_in(600)
 @pytest.mark.parametrize(("law", "slip", "other"), FAMILY)
 def test_what_is_explained_runs(law, slip, other):
     scene = scene_of(law, slip, other)

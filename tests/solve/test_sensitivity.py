@@ -33,7 +33,7 @@ CASES = {
 }
 
 
-@pytest.mark.one_in(6)
+@pytest.mark.one_in(12)
 @pytest.mark.parametrize("name", CASES)
 def test_derivatives_are_the_limit_of_differences(name):
     """Halved steps: the error of the differences falls to a quarter, and what is left after that is nothing."""
@@ -316,6 +316,7 @@ def test_peaks_of_a_shaken_building_have_derivatives():
             )
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("route", [None, "integrators"])
 def test_the_end_has_derivatives_among_the_outputs(route):
     scene = sf.scenes.mass_on_belt(v_b=0.2, horizon=10.0)

@@ -84,7 +84,7 @@ def test_a_decaying_motion_counts_from_its_time_on():
     assert falling["edge"] == pytest.approx(falling(13.5)[0], abs=1e-12)  # an extreme at the begin itself
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("seed", range(6))
 def test_random_scenes_agree_with_their_dense_output(seed):
     rng = np.random.default_rng(seed)
@@ -197,6 +197,7 @@ def test_a_failed_run_has_no_settled_outputs():
     assert math.isnan(few["T"])
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("plugin", ["cvodes", "rosenbrock"])
 def test_the_integrators_agree(plugin):
     wanted = {n: o for n, o in settled(X, 13.7).items() if n != "period"}

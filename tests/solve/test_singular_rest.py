@@ -38,7 +38,7 @@ def speeds(bound, alpha):
     return -(PULL - FAILS) * left, -brentq(lambda v: time_of(v, FAILS - DRY, -alpha) - left, 1e-12, 0.9, xtol=1e-15)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("alpha", [-0.2, -0.02, 0.1])
 @pytest.mark.parametrize("bound", [HOLDS, FAILS])
 def test_a_joint_holds_over_a_reversal_only_if_its_bound_bears_the_new_friction(bound, alpha):
@@ -48,6 +48,7 @@ def test_a_joint_holds_over_a_reversal_only_if_its_bound_bears_the_new_friction(
         assert run.final[2:] == pytest.approx(speeds(bound, alpha), abs=max(100 * tolerance, 1e-10))
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("bound", [HOLDS, FAILS])
 def test_a_run_with_derivatives_ends_well_and_says_that_it_has_none(bound):
     run = sf.prepare(pair(bound, -0.1), 1e-10, "taylor", ["u"]).run()

@@ -31,7 +31,7 @@ def scene(turned, mu_s=0.3, offset=0.0):
     )
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.parametrize("mu_s", [0.25, 0.4])
 def test_turned_coordinates_show_the_same_motion(mu_s, seed):
@@ -44,7 +44,7 @@ def test_turned_coordinates_show_the_same_motion(mu_s, seed):
         assert [(e.before, e.after) for e in run.events] == [(e.before, e.after) for e in plain.events]
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("slip", [u - v, u, 2 * u - v, u + v])
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8, 1e-10])
 def test_contacts_of_one_velocity_stop_together(tolerance, slip):
@@ -127,7 +127,7 @@ SMOOTH = {
 }
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("slip", [u, 2 * u, u - w, u + w / 2])
 @pytest.mark.parametrize("kind", SMOOTH)
 def test_a_slip_without_stick_that_others_hold_at_zero_does_not_begin(kind, slip):

@@ -82,6 +82,7 @@ def test_states_and_events_of_the_sliders_are_shown():
     assert "z_{1,floor}" in scene._repr_latex_()
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("side", [1, -1])
 def test_loop_of_a_jenkins_element_is_that_of_a_contact_behind_a_spring(side):
     k, limit = 40.0, 0.3
@@ -95,6 +96,7 @@ def test_loop_of_a_jenkins_element_is_that_of_a_contact_behind_a_spring(side):
         assert runs[0][name] == pytest.approx(runs[1][name], abs=1e-10)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("side", [1, -1])
 def test_a_belt_that_starts_against_small_steps_of_projection(side):
     k, limits = np.array([30.0, 20.0]), np.array([0.15, 0.2])

@@ -21,6 +21,7 @@ def belt(sigma0, horizon=10.0, law=None, **outputs):
     return sf.Scene(system, [contact], {V: 0.2}, {X: 0.0, U: 0.0}, horizon, outputs or {"end": sf.End()})
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("sigma0", [1e3, 1e5])
 def test_the_number_of_explicit_steps_is_foreseen(sigma0):
     taken = sf.simulate(belt(sigma0), route="taylor").stats["steps"]

@@ -17,6 +17,7 @@ def two(y, coupling=0, contacts=(HELD,), start=0.1):
     return sf.Scene(system, contacts, values, initial, 30.0, {"stop": sf.StopTime()})
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("route", ["taylor", "integrators"])
 @pytest.mark.parametrize("coupling", [0, 1])
 def test_a_body_that_no_contact_holds_and_is_released_at_rest(route, coupling):

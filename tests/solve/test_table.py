@@ -74,7 +74,7 @@ def test_every_recurrence_is_tested():
     assert set(recurrences._RULES) <= {f.instruction_id(k) for f in fields for k in range(f.n_instructions())}
 
 
-@pytest.mark.one_in(10)
+@pytest.mark.one_in(20)
 @pytest.mark.parametrize("name", OPERATIONS)
 def test_coefficients(name, tables):
     field, _ = field_of(OPERATIONS[name] + 0.1 * ca.sin(OPERATIONS[name]) * OPERATIONS[name])

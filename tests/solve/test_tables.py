@@ -69,7 +69,7 @@ def with_switches(monkeypatch, scene, route="taylor"):
         return sf.simulate(scene, route=route).checked()
 
 
-@pytest.mark.one_in(8)
+@pytest.mark.one_in(16)
 @pytest.mark.parametrize(("name", "n"), [*itertools.product(FAMILIES, (9, 33))])
 def test_motion_is_that_of_a_switch_for_each_break(monkeypatch, name, n):
     scene = FAMILIES[name](np.random.default_rng(n), n)
@@ -80,6 +80,7 @@ def test_motion_is_that_of_a_switch_for_each_break(monkeypatch, name, n):
     assert np.allclose(run.final, other.final, rtol=0, atol=1e-9)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("n", [8, 33])
 def test_route_exact_agrees(n):
     scene = FAMILIES["law"](np.random.default_rng(n), n)

@@ -40,7 +40,7 @@ def error(run, problem):
     return max(abs(v - float(true)) for v, true in zip(run.checked().final, problem.reference, strict=True))
 
 
-@pytest.mark.one_in(7)
+@pytest.mark.one_in(21)
 @pytest.mark.parametrize(
     ("name", "tolerance"),
     [
@@ -75,7 +75,7 @@ def test_the_price_of_smoothing_is_a_distance_linear_in_the_regularisation():
     assert np.diff(np.log2(distance)) == pytest.approx([-1, -1], abs=0.05)
 
 
-@pytest.mark.one_in(12)
+@pytest.mark.one_in(24)
 @pytest.mark.parametrize("how", EXCITED)
 @pytest.mark.parametrize("name", LAWS)
 def test_every_law_on_the_belt(name, how):
@@ -92,7 +92,7 @@ INDEPENDENT = [(n, h) for n in LAWS for h in EXCITED if "averaged" not in n and 
 OTHERS = [(n, h) for n, h in INDEPENDENT if h == "excited" and n not in ("coulomb", "stribeck", "cubic", "exponential")]
 
 
-@pytest.mark.one_in(8)
+@pytest.mark.one_in(16)
 @pytest.mark.parametrize("case", longer(INDEPENDENT, OTHERS), ids=" ".join)
 def test_every_law_agrees_with_the_independent_route(case):
     name, how = case
@@ -133,7 +133,7 @@ def pendulum():
     return sf.Scene(system=system, initial={X: 1.0, U: 0.5}, horizon=30.0)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("order", [4, 6, 8, 12])
 def test_observed_order_of_the_step(order):
     # the error of a run falls like h^order, and h is the horizon over the steps

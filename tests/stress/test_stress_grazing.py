@@ -61,7 +61,7 @@ def test_a_start_hardly_above_the_bound_is_caught_again(route, speed):
         assert run.mode[0, -1] == released.mode[0, -1]
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("route", ["exact", "taylor", "integrators"])
 @pytest.mark.parametrize("order", [1, -1])
 def test_a_contact_without_load_holds_nothing(route, order):

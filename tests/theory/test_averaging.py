@@ -41,7 +41,7 @@ def rate(law, v_b, A, beta=0.05):
     return -sum(parts) / np.pi
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("name", longer(LAWS, ("averaged stribeck",)))
 def test_rate_is_the_mean_in_pure_slip_and_beyond(name):
     law = LAWS[name]

@@ -48,6 +48,7 @@ def test_formulas_agree_with_the_scene_s_own_force():
     assert belt.release_position(default) == pytest.approx(0.4 - 0.1 * 0.2, rel=1e-15)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("order", "expected"), [(1, 2), (2, 4)])
 def test_pure_slip_amplitude_and_frequency_reach_their_order(reference, order, expected):
     amplitude, frequency = [], []

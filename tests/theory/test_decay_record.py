@@ -36,6 +36,7 @@ def test_the_rod_of_the_source():
     assert fit.misfit < 1e-7
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("mu_m", "zeta", "more"),
     [

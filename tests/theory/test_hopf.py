@@ -200,6 +200,7 @@ P = sp.Symbol("p", real=True)
 C = sp.Rational(3, 10)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("damping", "bracket", "value"),
     [
@@ -228,6 +229,7 @@ def test_points_of_slow_and_fast_systems(scale):
     assert (point.value, point.omega) == pytest.approx((0.3, np.sqrt(scale)), rel=1e-9)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("damping", "bracket", "words"),
     [

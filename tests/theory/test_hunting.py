@@ -19,6 +19,7 @@ def test_reference_cycle():
     assert found.period == pytest.approx(49.35625911158832, rel=1e-12)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     "change", [{}, {"k_d": 4.0}, {"k_d": 8.0}, {"k_i": 0.2}, {"k_i": 3.0, "F_s": 3.0}, {"m": 3.0, "k_d": 2.0}]
 )

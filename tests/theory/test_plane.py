@@ -51,6 +51,7 @@ def means_across(mu, breaks, v, q):
 # -- vibration
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("word", "speed"), [("r=.5", 2.0), ("1", 1.0), ("2", 0.5), ("5", 0.2)])
 def test_drag_under_lateral_vibration_is_the_known_one(word, speed):
     known = case("lateral_vibration_drag")[word]
@@ -75,7 +76,7 @@ def test_coulomb_drag_and_power_on_every_scale(scale):
     assert plane.lateral_vibration_power(1.0, 0.0) == 0.0
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("q", [0.07, 0.4, 3.0])
 @pytest.mark.parametrize("name", LAWS)
 def test_drag_and_power_of_laws_of_the_speed(name, q):
@@ -91,7 +92,7 @@ def test_drag_and_power_of_laws_of_the_speed(name, q):
             assert plane.lateral_vibration_power(v, q, law) == pytest.approx(power, rel=1e-13)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", LAWS)
 def test_dissipation_is_shared_between_sliding_and_vibration(name):
     law, mu = LAWS[name]
@@ -140,6 +141,7 @@ def forced_sliding(frequency, law, q=0.6):
     return solve_ivp(rates, (0, 4), [0.0, 0.3], "DOP853", rtol=1e-9, atol=1e-10).y[:, -1]
 
 
+@pytest.mark.long(beside="test_mass_swings_through_zero_speed_under_vibration_across")
 def test_slow_motion_tends_to_that_with_the_averaged_law():
     law = sf.laws.cubic(0.5, 0.3, 0.8)
     x, u = sp.symbols("x u", real=True)
@@ -193,7 +195,7 @@ def test_vibration_along_feeds_on_friction_that_falls():
     assert again == pytest.approx(found.lateral_power[known], rel=1e-10)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("v", [0.1, 0.2, 0.3, 0.38, 0.42])
 def test_least_intensity_that_quenches(v):
     law, belt = sf.laws.cubic(0.4, 0.25, 0.5), sf.scenes.mass_on_belt(v_b=v)
@@ -265,7 +267,7 @@ def _crossings(eps, phi):
     return [eps * mp.cos(phi) - root, eps * mp.cos(phi) + root]
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("eps", [0.05, 0.6, 0.97, 1.04, 3.0])
 def test_disc_friction_is_the_integral_over_the_disc(eps):
     with mp.workdps(15):
@@ -336,7 +338,7 @@ def test_disc_stops_sliding_and_spinning_at_once():
     assert found.ratio == pytest.approx(0.6530017892, rel=1e-10)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize(
     ("v", "omega", "inertia"), [(0.5, 1.0, 0.5), (3.0, 0.2, 0.5), (0.1, 5.0, 0.8), (1.0, 1.0, 0.2)]
 )
@@ -437,7 +439,7 @@ def by_quadrature(p, d, v, start, end):
     return speed(end), way(lambda _: 1), *place
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("k", [0.0, 0.4, 0.5, 1.0, 2.3])
 def test_motion_on_the_incline_by_the_equations_over_the_direction(k):
     slope, v, g = 0.35, 0.7, 9.81
@@ -503,6 +505,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("words", REFUSED)
 def test_bad_input_is_one_line(words):
     with pytest.raises(sf.SceneError, match=words) as refused:

@@ -22,7 +22,7 @@ def returned(by, gravity="scaled", **prototype):
     return np.array([scaling.returned_ratio(model[p], whole[p], kind) for p, kind in zip(PEAKS, kinds, strict=True)])
 
 
-@pytest.mark.one_in(12)
+@pytest.mark.one_in(24)
 @pytest.mark.parametrize(
     "by", [scaling.factors(7), scaling.factors(10, mass=0.008163), scaling.factors(4, D=0.5)], ids=str
 )

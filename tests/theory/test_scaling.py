@@ -35,6 +35,7 @@ def ratios(model, prototype, factors):
     return scaling.returned_ratio(model, prototype, np.repeat([factors.length, factors.velocity], 2))
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("data", [{"L": 7}, {"L": 16, "mass": 0.008163}, {"L": 4, "D": 0.3}])
 def test_scaled_gravity_and_positions_return_the_prototype(data):
     prototype = isolator(scaling.factors(1), 1.0, slope=0.08)

@@ -125,6 +125,7 @@ def test_handbook_oscillator(delta, n, x):
         assert transient.stop_time(data) == pytest.approx(n * math.pi, rel=1e-15)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     "data",
     [

@@ -53,7 +53,7 @@ def shared(program, values, rounds, most=12):
     return [d for part in together(work) for d in part]
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("rounds", longer([500, 3000], [3000]))
 @pytest.mark.parametrize("name", SCENES)
 def test_one_program_with_different_values(name, rounds):
