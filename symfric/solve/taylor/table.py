@@ -139,8 +139,8 @@ class OperationTable:
         self.room = end - begin
 
     def _append(self, kind: _Kind, steps: list[_Step]) -> None:
-        op, degrees, *flags = kind
-        kind = (op, tuple(_MOST if d == self._stride - 1 else d for d in degrees), *flags)
+        op, degrees, saturates, grows = kind
+        kind = op, tuple(_MOST if d == self._stride - 1 else d for d in degrees), saturates, grows
         self._runs.append((self._kinds.setdefault(kind, len(self._kinds)), steps))
 
     def function(self, name: str, last: int) -> Written:
@@ -249,7 +249,7 @@ def _copying(last: int) -> Shared:
 @cache
 def _written_by() -> str:
     """Return a key of what writes the rules."""
-    return f"{ca.__version__} {sources_key(__name__)}"
+    return f"{ca.CasadiMeta.version()} {sources_key(__name__)}"
 
 
 def _loop(name: str, rule: ca.Function, k: int = 0) -> Written:
