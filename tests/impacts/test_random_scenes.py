@@ -51,6 +51,21 @@ def test_motions_agree(make):
         compare(make, seed)
 
 
+@pytest.mark.one_in(3)
+@pytest.mark.parametrize("tolerance", [1e-8, 1e-9, 1e-10])
+def test_feet_that_slide_and_stop_together_at_any_tolerance(tolerance):
+    """One of them carries the friction, the slip of the other follows: neither is judged without the other."""
+    make = next(make for make in MAKERS if make.__name__ == "block_on_shaken_floor")
+    for seed in (62, 10, 118):
+        finals = []
+        for fineness in (tolerance, 1e-12):
+            structure, program = prepared(make, fineness)
+            values, start = drawn(structure, seed)
+            names = [s.name for s in (*structure.bodies.q, *structure.bodies.u)]
+            finals.append(program.run(values=values, initial=dict(zip(names, start, strict=True))).checked().final)
+        assert finals[0] == pytest.approx(finals[1], abs=1e3 * tolerance)
+
+
 @pytest.mark.long(beside="test_motions_agree")
 @pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)
 def test_more_motions_agree(make):

@@ -36,7 +36,7 @@ def first_event(w: LoopArrays, n_x: int, n_c: int, h: float, far: float) -> floa
         size, given = w.scale[r], False
         if is_along_line(w, g) and w.guards.carries[contact_of(g)] == 0:
             i = contact_of(g)
-            given = w.m[i] > 0.5 and w.contacts.partner[i] < 0
+            given = w.m[i] > 0.5 and w.contacts.partner[i] < 0 and w.openings.variable.size == 0  # else modes are tried
             if w.m[i] > 0.5:
                 size = 8.0 * max(size, w.gauge[TERMS, i] + w.gauge[FORCES, i] * far)
             elif w.guards.fresh[g] and is_slip(g):

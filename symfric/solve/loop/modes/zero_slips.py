@@ -33,7 +33,7 @@ def try_sticking(w: LoopArrays, n_x: int, n_c: int) -> None:
         w.selection.old[i] = mode(w, i)
         w.selection.zero[i] = w.selection.old[i] == 0 or w.guards.hit[backward(i)] != 0
         given = w.m[i] > 0.5 and w.guards.carries[i] == 0 and w.contacts.partner[i] < 0
-        if given and (w.guards.hit[backward(i)] or w.guards.hit[forward(i)]):
+        if w.openings.variable.size == 0 and given and (w.guards.hit[backward(i)] or w.guards.hit[forward(i)]):
             w.selection.zero[i] = 0  # others held it up to rounding, which its slip exceeds now
         if w.counts.jumped and w.selection.zero[i]:  # it was, and may have jumped
             size = max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
