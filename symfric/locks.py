@@ -1,10 +1,12 @@
 """Locks for libraries with global state, so that everything public can be called from any thread.
 
 A thread acquires them in the reverse order of their definition here, and waits for no other thread while it holds one.
-A fork waits until they are free, so that no child process inherits a lock that is never released.
+A fork waits until they are free, so that no child process inherits a lock that is never released. So it does for the
+lock of LLVM, which a thread holds without any of these where it lets go of machine code.
 """
 
 import os
+import sys
 import threading
 from collections.abc import Callable
 from contextlib import AbstractContextManager
@@ -18,6 +20,7 @@ SYMBOLIC = threading.RLock()  # SymPy and mpmath, CasADi functions, compilers, a
 OPTIMISER = threading.RLock()  # IPOPT and its linear solver
 DRAWING = threading.RLock()  # matplotlib's pyplot, fonts and settings
 _ALL = DRAWING, OPTIMISER, SYMBOLIC
+_compilers: list[Any] = []  # the lock of LLVM, during a fork
 
 
 def alone(lock: AbstractContextManager[Any]) -> Callable[[Callable[P, R]], Callable[P, R]]:
@@ -37,9 +40,15 @@ def alone(lock: AbstractContextManager[Any]) -> Callable[[Callable[P, R]], Calla
 def _acquire() -> None:
     for lock in _ALL:
         lock.acquire()
+    library = getattr(sys.modules.get("llvmlite.binding.ffi"), "lib", None)
+    if library is not None:  # loaded so far; no thread that holds it waits for one of ours
+        library._lock.__enter__()
+        _compilers.append(library._lock)
 
 
 def _release() -> None:
+    if _compilers:
+        _compilers.pop().__exit__()
     for lock in reversed(_ALL):
         lock.release()
 

@@ -7,6 +7,8 @@ import pickle
 import random
 import subprocess
 import sys
+import threading
+import time
 from concurrent import futures
 
 import numpy as np
@@ -234,6 +236,31 @@ def run_in_child(program, k):
 
 def _final(run):
     return run.final.tobytes()
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")
+def test_a_fork_waits_for_a_thread_that_is_in_the_compiler():
+    """As one is that lets go of machine code; a child would wait for it for ever."""
+    from llvmlite.binding import ffi
+
+    program_of("scalars")
+    within, context = threading.Event(), multiprocessing.get_context("fork")
+
+    def hold():
+        with ffi.lib._lock:
+            within.set()
+            time.sleep(0.3)
+
+    thread = threading.Thread(target=hold)
+    thread.start()
+    within.wait()
+    child = context.Process(target=lambda: sf.prepare(SCENES["scalars"]()), daemon=True)
+    child.start()
+    thread.join()
+    child.join(60)
+    done = child.exitcode
+    child.kill()
+    assert done == 0
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork here")

@@ -11,6 +11,7 @@ import numpy as np
 from symfric.codegen.array_table import Table
 from symfric.codegen.functions import MachineCode
 from symfric.codegen.loop_loader import Loop
+from symfric.locks import SYMBOLIC, alone
 from symfric.long_calls import long_call, tell_of_run
 from symfric.model.rows import CROSSINGS, INTEGRAL, RANGE, Row
 from symfric.solve.loop.run_arrays import RunArrays, Stored
@@ -83,10 +84,15 @@ class CompiledModel:
     def worked(self, steps: int) -> None:
         """Count the steps that a draft has made; replace it where its code has cost what compiling it again does."""
         self._steps += steps
-        draft, code = self.draft, self.first.code
-        if self._steps < _ENOUGH or not draft:
+        if self._steps >= _ENOUGH:
+            self._exchange()
+
+    @alone(SYMBOLIC)
+    def _exchange(self) -> None:
+        """Put the code that is compiled for speed in the place of the draft, unless another thread has."""
+        if not self.draft:
             return
-        again = draft.improved()
+        again, code = self.draft.improved(), self.first.code
         code.setflags(write=True)  # every workspace has this array; a run takes one address after the other
         code[:] = [again.get(address, address) for address in code.tolist()]
         code.setflags(write=False)
