@@ -29,6 +29,7 @@ ENTIRE = {
     ca.OP_ASSIGN,
     ca.OP_SIN,
     ca.OP_COS,
+    ca.OP_FLOOR,  # does not change along a step
 }
 # operations that overflow at moderate arguments
 GROWING = {ca.OP_EXP, ca.OP_EXPM1, ca.OP_SINH, ca.OP_COSH}

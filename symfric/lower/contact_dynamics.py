@@ -97,6 +97,7 @@ class ContactDynamics:
         constants: Mapping[sp.Symbol, sp.Expr] | None = None,
         free: Mapping[sp.Symbol, ca.SX] | None = None,
         rows: Mapping[sp.Symbol, ca.SX] | None = None,
+        horizon: float = 1.0,
     ) -> None:
         self.contacts = tuple(row for c in contacts if c.along_line for row in rows_of(c))
         behind = tuple(c for c in contacts if not c.along_line and not c.frictionless)
@@ -108,8 +109,7 @@ class ContactDynamics:
         self.parameters = tuple(s for s in parameters if s not in self.constants and s not in free)
         own = len(self.parameters)
         self.p = ca.SX.sym("p", own + 3 * len(self.inputs))
-        self.switches = Switches()
-        self.horizon = 1.0
+        self.switches, self.horizon = Switches(horizon), horizon
         symbols = {TIME: self.t, **free}
         symbols |= dict(zip(system.states, ca.vertsplit(self.y), strict=True))
         symbols |= {s: self.p[i] for i, s in enumerate(self.parameters)}
@@ -195,8 +195,8 @@ class ContactDynamics:
     @classmethod
     def of(cls, scene: Scene, constants: Mapping[sp.Symbol, sp.Expr] | None = None) -> "ContactDynamics":
         """Return the equations of a scene."""
-        found = cls(scene.system, scene.contacts, scene.parameters, tuple(scene.inputs), constants)
-        found.horizon = scene.horizon
+        inputs, horizon = tuple(scene.inputs), scene.horizon
+        found = cls(scene.system, scene.contacts, scene.parameters, inputs, constants, horizon=horizon)
         if scene.clocks:
             found.springs.append(Clocks.of(scene, found._print.symbols, found.constants, found.t, found.read))
         return found

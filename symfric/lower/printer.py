@@ -16,6 +16,8 @@ from sympy.core.relational import Relational
 from symfric.errors import SceneError
 from symfric.lower.chebyshev import ChebyshevSeries
 from symfric.lower.lookup import LEAST, looked_up
+from symfric.lower.mode_layout import JUST_AFTER
+from symfric.model.alternations import Alternation, alternations_of
 from symfric.model.numeric import gauss_legendre
 from symfric.model.symbols import TIME
 from symfric.model.tables import Table, table_of
@@ -39,6 +41,8 @@ _UNARY: dict[type, Callable[[ca.SX], ca.SX]] = {
 }
 _RELATIONS = {sp.StrictLessThan: ca.lt, sp.LessThan: ca.le, sp.StrictGreaterThan: ca.gt, sp.GreaterThan: ca.ge}
 _LITTLE, _LARGE = 1e-30, 1e30  # factors of an exponential outside these limits are moved into its argument
+_LEAN = 0.25  # e in the guard of an alternation
+_SLOWEST = 1e-100  # least rate of an alternation, so that one which does not alternate has finite instants
 
 
 def _double(e: sp.Expr) -> float:
@@ -52,23 +56,28 @@ def _double(e: sp.Expr) -> float:
 class Switches:
     """Signs of the kinks of printed expressions, SX symbols of value -1 or +1, and their guards."""
 
+    horizon: float = 1.0  # relative to which instants are the same
     signs: list[ca.SX] = field(default_factory=list)
     quantities: list[ca.SX] = field(default_factory=list)
-    guards: list[ca.SX] = field(default_factory=list)  # sign * quantity, positive while the sign is right
+    guards: list[ca.SX] = field(default_factory=list)  # positive while the sign is right
     steps: set[int] = field(default_factory=set)  # those of conditions on time and parameters alone
     _known: dict[sp.Expr, ca.SX] = field(default_factory=dict)
 
     def copy(self) -> "Switches":
         """Return a copy, to which switches can be added."""
-        return Switches([*self.signs], [*self.quantities], [*self.guards], set(self.steps), dict(self._known))
+        own = [*self.signs], [*self.quantities], [*self.guards]
+        return Switches(self.horizon, *own, set(self.steps), dict(self._known))
 
-    def of(self, quantity: ca.SX, key: sp.Expr) -> ca.SX:
-        """Return the sign of `quantity` as data; the same `key` gives the same switch."""
+    def of(self, quantity: ca.SX, key: sp.Expr, guard: Callable[[ca.SX], ca.SX] | None = None) -> ca.SX:
+        """Return the sign of `quantity` as data; the same `key` gives the same switch.
+
+        `guard` makes the guard from the sign; without it, that is sign times quantity.
+        """
         if key not in self._known:
             sign = ca.SX.sym(f"sigma_{len(self.signs)}")
             self.signs.append(sign)
             self.quantities.append(quantity)
-            self.guards.append(sign * quantity)
+            self.guards.append(guard(sign) if guard else sign * quantity)
             self._known[key] = sign
         return self._known[key]
 
@@ -187,10 +196,10 @@ class Printer:
             terms.append(ca.SX.binary(ca.OP_MUL, ca.SX(weight), show(integral.function)))
         return width * _sum(terms)
 
-    def _switch(self, quantity: ca.SX, *parts: sp.Expr) -> ca.SX:
+    def _switch(self, quantity: ca.SX, *parts: sp.Expr, guard: Callable[[ca.SX], ca.SX] | None = None) -> ca.SX:
         for variable, low, high, node in reversed(self.nodes):
             parts = tuple(e.xreplace({variable: low + (high - low) * node}) for e in parts)
-        return self.switches.of(quantity, (self.scope, *parts))
+        return self.switches.of(quantity, (self.scope, *parts), guard)
 
     def _moves(self, e: sp.Expr) -> bool:
         return bool(e.free_symbols & self.moving)
@@ -269,10 +278,46 @@ class Printer:
         if not self._moves(c):
             return _RELATIONS[type(c)](self._print(c.lhs), self._print(c.rhs))
         gap = c.gts - c.lts
-        sign = self._switch(self._print(gap), gap)
         if gap.free_symbols & self.moving == {TIME}:
+            return self._sign_in_time(gap) > 0
+        return self._switch(self._print(gap), gap) > 0
+
+    def _sign_in_time(self, e: sp.Expr) -> ca.SX:
+        """Return the sign of a function of time and parameters alone."""
+        known = alternations_of(e)
+        if known is None:
+            sign = self._switch(self._print(e), e)
             self._mark_step(sign)
-        return sign > 0
+            return sign
+        factor, alternations = known
+        return ca.if_else(self._print(factor) < 0, -1, 1) * _fold([self._alternating(a) for a in alternations])
+
+    def _alternating(self, a: Alternation) -> ca.SX:
+        """Return the sign of ``sin(pi (rate t + offset))``, held between its zeros, which are known.
+
+        Between the zeros t_0 and t_1 around the instant at which a step begins, the guard is, with s = t - t_0 and
+        d = t_1 - t_0, the cubic ``s (s + e d) (d - s)``: a polynomial has its roots to rounding, where a series of the
+        sine has them to the tolerance only. Its slope at t_0 is e/(1 + e) of that at t_1. By so much falls the rounding
+        of one instant in the next, since a guard that begins at zero is divided by s. `floor` does not change along a
+        step, see `symfric.solve.taylor.recurrences`.
+        """
+        t, rate, offset = self._print(TIME), self._print(a.rate), self._print(a.offset)
+        way = ca.if_else(rate < 0, -1, 1)
+        rate, offset = ca.fmax(way * rate, _SLOWEST), way * offset
+        phase = rate * t + offset
+        # at least 4 times the time within which instants are the same; `fabs` has no series
+        soon = 4 * JUST_AFTER * rate * (1.5 * self.switches.horizon + t * t / (2 * self.switches.horizon))
+
+        def guard(sign: ca.SX) -> ca.SX:
+            odd = (1 - sign) / 2
+            before = 2 * ca.floor((phase + soon - odd) / 2) + odd
+            since, left = t - (before - offset) / rate, (before + 1 - offset) / rate - t
+            return since * (since * rate + _LEAN) * left * (rate / (1 + _LEAN))
+
+        whole = ca.floor(phase)
+        sign = self._switch(1 - 2 * (whole - 2 * ca.floor(whole / 2)), a.wave, guard=guard)
+        self._mark_step(sign)
+        return way * sign
 
 
 def _clenshaw(x: ca.SX, *coefficients: ca.SX) -> ca.SX:

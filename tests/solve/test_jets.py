@@ -18,6 +18,7 @@ ORDER = 7
 y, t, p, m = ca.SX.sym("y", 2), ca.SX.sym("t"), ca.SX.sym("p", 2), ca.SX.sym("m", 1)
 x, u = y[0], y[1]
 OPERATIONS = {
+    "floor": ca.floor(7 * t + x) * u,
     "exp": ca.exp(x),
     "log": ca.log(x),
     "sin": ca.sin(x * u),

@@ -254,6 +254,11 @@ def _erf(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
     return new
 
 
+def _floor(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
+    """What a floor counts are whole periods before the step; the guards within it are those of the next instant."""
+    return None
+
+
 def _atan2(k: int, out: Jet, args: list[Jet], partner: Jet) -> Value:
     """out' (x^2 + y^2) = x y' - y x'; the partner is x^2 + y^2."""
     y, x = args
@@ -287,6 +292,7 @@ _RULES = {
     ca.OP_ATANH: _from_rational(-1.0),
     ca.OP_ERF: _erf,
     ca.OP_ATAN2: _atan2,
+    ca.OP_FLOOR: _floor,
 }
 
 # coefficient 0 of the companion that a recurrence carries along, from the argument values and the result

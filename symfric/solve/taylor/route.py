@@ -57,7 +57,8 @@ class Taylor(Route):
         kind = "piecewise analytic" if contacts or kinks or opening else "smooth"
         sticking = f"{counted(contacts, 'contact')} that can stick, "
         sticking += f"{counted(opening, 'contact')} that can open, " if opening else ""
-        sticking += counted(kinks, "kink")
+        sticking += counted(kinks - len(automaton.steps), "kink")
+        sticking += f", {counted(len(automaton.steps), 'switch')} at known times" if automaton.steps else ""
         return not stiff, f"{kind} right-hand side, {sticking}{', but stiff' if stiff else ''}"
 
     def build(self, scene: LoweredScene, tolerance: float) -> TaylorProgram | DerivativesProgram:

@@ -286,6 +286,7 @@ _FUNCTIONS: dict[int, Callable[[Range], Range]] = {
     ca.OP_EXPM1: _shifted(_exp, 0.0, -1.0),
     ca.OP_LOG: _log,
     ca.OP_LOG1P: _shifted(_log, 1.0, 0.0),
+    ca.OP_FLOOR: lambda a: _between(ca.floor(a.low), ca.floor(a.high), None),
     ca.OP_SIN: _wave(ca.sin),
     ca.OP_COS: _wave(ca.cos),
     ca.OP_TAN: _tan,
