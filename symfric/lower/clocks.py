@@ -13,7 +13,8 @@ from dataclasses import dataclass
 import casadi as ca
 import sympy as sp
 
-from symfric.lower.crossings import PAIR, Crossing, Queue, chosen, side_of
+from symfric.lower.at_instants import evaluated
+from symfric.lower.crossings import PAIR, Crossing, Queue, chosen
 from symfric.lower.mode_layout import JUST_AFTER, OtherContact
 from symfric.lower.printer import Printer, Switches
 from symfric.model.held import EMPTY, Held, at_side
@@ -156,17 +157,36 @@ class Clocks:
 
         Of crossings the loop decides which guards start at zero.
         """
-        return _Instant(self, hit).result()
+        return _Instant(self, self._happening(hit), ca.mmax(hit) > 0.5).result()
+
+    def _happening(self, hit: ca.SX) -> ca.SX:
+        """Return what is hit without crossings that something else makes jump back at the same instant.
+
+        Such an expression reaches zero and does not pass it, as the saw-tooth of a pulse width of the whole period.
+        What its own part changes is the work of the crossing. Crossings are judged one after the other.
+        """
+        first = self.counters.numel() + len(self.queues)
+        for k, crossing in enumerate(self.crossings.values()):
+            own = slice(first + PAIR * k, first + PAIR * (k + 1))
+            others = ca.vertcat(hit[: own.start], ca.SX.zeros(hit.numel() - own.start))
+            now = _Instant(self, others, ca.mmax(hit) > 0.5).states()
+            before = self._now
+            moved = ca.substitute(crossing.value, ca.vertcat(*before.values()), ca.vertcat(*(now[n] for n in before)))
+            falls, rises = hit[own.start] > 0.5, hit[own.start + 1] > 0.5
+            back = ca.logic_or(ca.logic_and(falls, moved > 0), ca.logic_and(rises, moved < 0))
+            returns = ca.logic_and(moved != crossing.value, back)
+            hit = ca.vertcat(hit[: own.start], ca.if_else(returns, 0, hit[own]), hit[own.stop :])
+        return hit
 
     def after_reset(self, reset: Reset, entry: int) -> dict[int, ca.SX]:
         """Return what a reset alone makes of the states that it sets, by their places; `entry`: which of its times."""
-        after = _Instant(self, ca.SX.zeros(self.layout.guards)).alone(reset, entry)
+        after = _Instant(self, ca.SX.zeros(self.layout.guards), ca.SX(0)).alone(reset, entry)
         return {self.places[n]: e for n, e in after.items()}
 
     def guard_of(self, reset: Reset) -> ca.SX:
         """Return the expression at whose zeros a reset acts."""
         assert reset.guard is not None
-        return _Instant(self, ca.SX.zeros(self.layout.guards))._read(reset.guard, {})
+        return _Instant(self, ca.SX.zeros(self.layout.guards), ca.SX(0))._read(reset.guard, {})
 
     def _earlier(self, h: Held) -> ca.SX:
         """Return how many values act before that of the first sample; they stand in the queue at the start.
@@ -184,13 +204,22 @@ class Clocks:
 
 
 class _Instant:
-    """What happens at one instant: states by name that change in place, step by step."""
+    """What happens at one instant: states by name that change in place, step by step.
 
-    def __init__(self, clocks: Clocks, hit: ca.SX):
+    Parameters
+    ----------
+    clocks : Clocks
+    hit : SX
+        Which of its guards were hit.
+    happens : SX
+        Whether anything was hit, so that all that is due at this instant happens as well.
+    """
+
+    def __init__(self, clocks: Clocks, hit: ca.SX, happens: ca.SX):
         n_clocks, n_queues = clocks.counters.numel(), len(clocks.queues)
         self._clocks, self._hit = clocks, hit
         self._soon = JUST_AFTER * (ca.fabs(clocks.t) + clocks.horizon)
-        self._any = ca.mmax(hit) > 0.5
+        self._any = happens
         flags = ca.vertsplit(hit)
         pairs = zip(flags[n_clocks : n_clocks + n_queues], clocks.queues.items(), strict=True)
         timed = zip(flags[:n_clocks], clocks._times_left, strict=True)
@@ -217,12 +246,7 @@ class _Instant:
     def result(self) -> tuple[list[tuple[int, ca.SX]], ca.SX, ca.SX]:
         """Return states with their places, variables, and guards that start at zero."""
         clocks = self._clocks
-        behind = {h.name: self._arrive(h) for h in clocks.held if h.late}
-        previous = {h.previous: self._previous(h) for h in clocks.held}
-        for h in clocks.held:
-            self._compute(h, previous, behind.get(h.name))
-        for reset in clocks.resets:
-            self._reset(reset)
+        self.states()
         counters = [k + s for k, s in zip(self._counters, self._strikes, strict=True)]
         for j, fault in self._struck_out.items():
             counters[j] = ca.if_else(fault, ca.SX.nan(), counters[j])
@@ -230,6 +254,17 @@ class _Instant:
         waiting = [self._counts[name] + 1 for name in clocks.queues]
         variables = ca.vertcat(*counters, *waiting, *sides)
         return [(clocks.places[n], e) for n, e in self.now.items()], variables, ca.SX.zeros(self._hit.numel())
+
+    def states(self) -> dict[str, ca.SX]:
+        """Return the states by name after it."""
+        clocks = self._clocks
+        behind = {h.name: self._arrive(h) for h in clocks.held if h.late}
+        previous = {h.previous: self._previous(h) for h in clocks.held}
+        for h in clocks.held:
+            self._compute(h, previous, behind.get(h.name))
+        for reset in clocks.resets:
+            self._reset(reset)
+        return self.now
 
     def _set(self, when: ca.SX, changes: Mapping[str, ca.SX]) -> None:
         self.now = self.now | {n: ca.if_else(when, e, self.now[n]) for n, e in changes.items()}
@@ -316,7 +351,7 @@ class _Instant:
         return e if reset.guard is None else at_side(e, reset.guard, _SIDE)
 
     def _read(self, e: sp.Expr, known: Mapping[sp.Symbol, ca.SX]) -> ca.SX:
-        """Return the graph of an expression of the present states; its kinks and jumps are evaluated."""
+        """Return the graph of an expression of the present states."""
         states = {s: self.now[s.name] for s in self._clocks.symbols if s.name in self._clocks.places}
         symbols = {**self._clocks.symbols, **states, **known}
-        return Printer(symbols, set(), Switches())(e.replace(sp.sign, side_of))
+        return evaluated(e, symbols, self._clocks.t + self._soon)

@@ -13,7 +13,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import casadi as ca
-import sympy as sp
 
 PAIR = 2  # guards of a crossing: against falling, against rising
 
@@ -97,8 +96,3 @@ def chosen(k: ca.SX, entries: Sequence[ca.SX], otherwise: ca.SX | None = None) -
     for i in reversed(range(last)):
         found = ca.if_else(k == i, entries[i], found)
     return found
-
-
-def side_of(e: sp.Expr) -> sp.Expr:
-    """Return the sign of an expression as branches."""
-    return sp.Piecewise((-1, e < 0), (1, e > 0), (0, True))

@@ -1,4 +1,4 @@
-"""Digital controllers as held variables: PID with limits, state feedback, friction compensation, discrete systems.
+"""Digital controllers as held variables: PID, state feedback, friction compensation, pulse widths, discrete systems.
 
 Dither is an expression of time and no held variable.
 """
@@ -14,7 +14,7 @@ from symfric.model.held import Held
 from symfric.model.public_names import names_of
 from symfric.model.symbols import TIME, expression, listed
 
-__all__ = ["discrete", "dither", "friction_compensation", "pid", "state_feedback"]
+__all__ = ["discrete", "dither", "friction_compensation", "pid", "pwm", "state_feedback"]
 _Number: TypeAlias = float | sp.Expr
 
 
@@ -242,6 +242,53 @@ def dither(
         raise SceneError(f"shape is {shape!r}; it must be 'sine' or 'square'")
     wave = sp.sin(rate * TIME + angle)
     return size * (wave if shape == "sine" else sp.sign(wave))
+
+
+def pwm(duty: _Number, *, every: _Number, name: str = "pwm") -> list[Held]:
+    """Return the held variables of a pulse-width modulation; the last one is 1 during a pulse, and 0 otherwise.
+
+    Parameters
+    ----------
+    duty : float or Expr
+        Share of the period for which a pulse lasts, from the beginning of the period on. Up to 0 there is none, from 1
+        on it does not end. It may contain held variables, the samples of the period among them, and states, with which
+        the saw-tooth then is compared at every time.
+    every : float or Expr
+        Period of the pulses, the first of which begins at t = 0.
+    name : str
+        Of the pulses; the time at which the last one began is ``<name>.start``.
+
+    Returns
+    -------
+    list of Held
+        Two. A force is the voltage or the pressure times the symbol of the last one; that of a bridge is
+        ``V * (2 * pulse - 1)``.
+
+    Notes
+    -----
+    A pulse ends where ``(t - start)/every - duty`` rises through zero, an event of its own. So pulses are exact, and
+    have derivatives by the period and by what the duty depends on. Pulses of a known width are cheaper as a
+    ``Piecewise`` with the condition ``Mod(t, every) < width``.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> import symfric as sf
+    >>> x, u = sp.symbols("x u", real=True)
+    >>> command = sf.Held("command", update=4 * (1 - x) - 3 * u, every=0.01)
+    >>> pulses = sf.control.pwm(command.symbol, every=0.01)
+    >>> [h.name for h in pulses]
+    ['pwm.start', 'pwm']
+    >>> system = sf.System([x], [u], [[1]], [2 * pulses[-1].symbol - 0.5])
+    >>> floor = sf.Contact("floor", slip=u, normal=1, law=sf.laws.coulomb(0.2))
+    >>> scene = sf.Scene(system, [floor], {}, {x: 0, u: 0}, horizon=5.0, held=[command, *pulses])
+    >>> 0.9 < float(sf.simulate(scene).final[0]) < 1
+    True
+    """
+    period = expression(every, "every")
+    start = Held(f"{name}.start", TIME, every, initial=-2 * period)  # before the first period no pulse is on
+    left = (TIME - start.symbol) / period - expression(duty, "duty")
+    return [start, Held(name, sp.Piecewise((1, left < 0), (0, True)), when=left)]
 
 
 def discrete(

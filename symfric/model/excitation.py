@@ -186,13 +186,24 @@ def is_excited(scene: Scene, varied: frozenset[str] = frozenset()) -> bool:
 def _of_time(scene: Scene, varied: frozenset[str]) -> Iterator[tuple[sp.Expr, sp.Expr]]:
     """Yield the expressions of a scene that depend on time: as written, and with zero parameters inserted."""
     contacts = (e for c in scene.contacts for e in c.expressions)
-    everything = (*scene.system.expressions, *contacts, *scene.clocked)
-    timed = [e for e in map(sp.sympify, everything) if TIME in e.free_symbols]
+    everything, since = [*scene.system.expressions, *contacts, *scene.clocked], _since_samples(scene)
+    for _ in since:
+        everything.remove(TIME)
+    timed = [e for e in map(sp.sympify, everything) if TIME in e.xreplace(since).free_symbols]
     zero = vanishing(scene, varied) if timed else {}
     for e in timed:
         reduced = e.xreplace(dict(zero))
         if TIME in reduced.free_symbols:
             yield e, reduced
+
+
+def _since_samples(scene: Scene) -> dict[sp.Basic, sp.Expr]:
+    """Return what stands for times of samples: time less that since the sample, which repeats with the clock.
+
+    Such a variable is sampled at the start of a period, so that what it was before does not matter.
+    """
+    stamps = [h for h in scene.held if h.update == TIME and h.every is not None and h.step is None and not h.late]
+    return {h.symbol: TIME - sp.Dummy(f"since {h.name}", real=True) for h in stamps if sp.sympify(h.offset).is_zero}
 
 
 def frequency_of(wave: sp.Expr, moving: set[sp.Symbol]) -> tuple[sp.Expr, list[sp.Expr]]:

@@ -82,7 +82,8 @@ class Held:
         Also of a state of the scene, the value that acts.
     update : Expr
         Of states, time, parameters, sampled inputs and held variables. The symbol of another one without delay that is
-        computed at the same instant is its new value; `previous` is the value computed before. Where `when` crosses
+        computed at the same instant is its new value; `previous` is the value computed before. It may jump (``floor``,
+        ``Mod``, ``sign``, a ``Piecewise``); a step in time at the instant, to rounding, has been. Where `when` crosses
         zero, ``sympy.sign`` of it, or a condition on it, is that just after.
     every, offset : float or Expr
         Sampling period, > 0, and time of the first sample, >= 0; may be parameters.

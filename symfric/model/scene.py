@@ -207,6 +207,9 @@ class Scene:
         clash = next((name for name in given if name in self._state_names()), None)
         if clash:
             raise SceneError(f"{clash} is a state; its start belongs in Scene.initial, not in Scene.values")
+        clash = next((name for name in signals if name in self._state_names()), None)
+        if clash:
+            raise SceneError(f"{clash} is a state or a held variable, and an input; rename one of them")
         reserved = self._contact_symbols() | {TIME.name: TIME}
         check_symbols(symbols, allowed | reserved, set(given))
         parameters = set(found) - set(allowed) - set(reserved)

@@ -227,9 +227,11 @@ def check_continuous(expr: sp.Expr, numbers: dict[sp.Symbol, float], what: str, 
                     break
             else:
                 if timed:
+                    others = ", ".join(sorted(s.name for s in boundary.free_symbols - {TIME}))
                     raise SceneError(
-                        f"{what} contains the condition {relation}, of time and state together; a step in time has a "
-                        "condition on time and parameters alone"
+                        f"{what} has the condition {shorten(relation)} of time and state together, with {others}; a "
+                        "step in time has one of time and parameters alone. Pulses of a width that a controller "
+                        "commands are sf.control.pwm; what else switches with time and state is sf.Held(..., when=...)"
                     )
 
 

@@ -94,7 +94,8 @@ def _shown_number(value: float | sp.Expr) -> str:
 
 
 def _shown(state: sp.Symbol) -> str:
-    """Return the name of a state in equations, with the contact to which it belongs as an index."""
-    contact, dot, own = state.name.rpartition(".")
-    letter, number = own[:1], own[1:]
-    return f"{letter}_{number + ',' if number else ''}{contact}" if dot else state.name
+    """Return the name of a state in equations, with the contact or controller to which it belongs as an index."""
+    of, dot, own = state.name.rpartition(".")
+    word = own.rstrip("0123456789")
+    number = own[len(word) :]
+    return f"{word}_{number + ',' if number else ''}{of}" if dot else state.name

@@ -35,10 +35,11 @@ def _at(e: sp.Expr, instant: sp.Expr, moving: dict[sp.Symbol, sp.Function]) -> s
 
 def _held(h: Held, scene: "Scene", moving: dict[sp.Symbol, sp.Function]) -> Iterator[sp.Eq]:
     instant = sp.Symbol(f"t_{h.name}", real=True)
-    before = {g.previous: sp.Symbol(f"{g.name}_previous", real=True) for g in scene.held}
+    before: dict[sp.Symbol, sp.Expr] = {g.previous: sp.Symbol(f"{g.name}_previous", real=True) for g in scene.held}
     if h.when is None:
         yield sp.Eq(instant, h.offset + _COUNT * h.every, evaluate=False)
-        before[h.previous] = moving[h.symbol](instant - h.every + h.delay)
+        together = [g for g in scene.held if (g.every, g.offset) == (h.every, h.offset)]
+        before |= {g.previous: moving[g.symbol](instant - h.every + g.delay) for g in together}
     else:
         yield sp.Eq(_at(h.when, instant, moving), 0, evaluate=False)
     side = instant if h.when is None else sp.Symbol(f"t_{h.name}^+", real=True)

@@ -188,3 +188,14 @@ def test_gains_without_states_and_what_is_refused():
             sf.control.discrete(wrong, [x])
     with pytest.raises(sf.SceneError, match="inputs has 2 entries, and the system takes 1"):
         sf.control.discrete(first, [x, u])
+
+
+def test_its_equations_name_what_each_variable_is():
+    held = sf.control.pid(x, 1, 2, 3, 4, every=0.25, delay=0.125)
+    scene = sf.Scene(sf.System([x], [u], [[1]], [held[-1].symbol]), [], {}, {x: 0, u: 0}, 1.0, held=held)
+    command = scene.equations()[-1]
+    t = sp.Symbol("t_pid", real=True)
+    integral, measured, state, acts = (sp.Function(n, real=True) for n in ("integral_pid", "measured_pid", "x", "pid"))
+    expected = integral(t - 0.25) + 16 * measured(t - 0.25) - 18.75 * state(t) + 2.75
+    assert command.lhs == acts(t + 0.125)
+    assert sp.simplify(command.rhs - expected) == 0

@@ -25,6 +25,7 @@ _APART = 1e-3  # step length down to which a turn of the parameter is told apart
 _TURN = 0.95  # least cosine of the angle between consecutive steps on one smooth piece
 # sizes relative to the largest orbit: at which a Hopf point is sought ahead, and at which the walk stops
 _SMALL, _SMALLEST = 0.2, 0.03
+_GUESSES = 3  # orbits nearest by from which one between two others is sought
 _RECENT = 3  # number of last orbits not compared with the new one when detecting a closed branch
 _SAME = 1e-7  # difference relative to the ranges of the states up to which two orbits count as one
 _ENDS = ("lost", "jump", "grazing", "flip")  # reasons for ending without a further orbit
@@ -264,20 +265,32 @@ class Walk:
 
         There the direction of the branch has no part along the parameter. Its zero is found along the branch; the
         multiplier that reaches one there is hardly told from that of a shift of time, so it is no smooth test function.
+        It may also jump across zero, at a corner of the map such as the limit of a sampled command: Newton's method
+        starts from the orbits nearest by, since from the chord it may go to and fro across the corner.
         """
         chord = other.z - one.z
         normal, points = chord / self._units(one) ** 2, {0.0: one, 1.0: other}
 
+        def at(share: float) -> Point:
+            for known in sorted(points, key=lambda k: abs(k - share))[:_GUESSES]:
+                along = self.tangent(points[known], chord)
+                guess = points[known].z + (share - known) * float(chord @ normal) / float(along @ normal) * along
+                try:
+                    return solve(self._system, guess, normal, CORRECTIONS)
+                except NotFound:
+                    continue
+            return solve(self._system, one.z + share * chord, normal, CORRECTIONS)
+
         def rate(share: float) -> float:
             if share not in points:
-                points[share] = solve(self._system, one.z + share * chord, normal, CORRECTIONS)
+                points[share] = at(share)
             return float(self.tangent(points[share], chord)[-1])
 
         try:
             share = zero(rate, 0.0, 1.0, xtol=1e-12, rtol=1e-12)
         except (NotFound, ValueError):
             return self._located("fold", one, other)
-        return points.get(share) or solve(self._system, one.z + share * chord, normal, CORRECTIONS)
+        return points.get(share) or at(share)
 
     def _located(self, kind: str, one: Point, other: Point) -> Point | None:
         """Return the point of a kind between two orbits; None if its test function keeps its sign and is not zero."""

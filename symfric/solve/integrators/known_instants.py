@@ -31,12 +31,18 @@ class KnownInstants:
     def due(self, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray) -> np.ndarray:
         """Return, for every guard of contacts that do not slip along a line, whether it is that of a clock due now."""
         left = self._left(y, t, p, m)
-        now = left <= JUST_AFTER * (abs(t) + self._horizon)
-        return np.concatenate([np.zeros(self._others), now])
+        return np.concatenate([np.zeros(self._others), left <= self._soon(t)])
 
     def next_time(self, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray) -> float:
         """Return the time of the next instant."""
         return t + float(np.min(self._left(y, t, p, m)))
+
+    def same(self, one: float, other: float) -> bool:
+        """Whether two times are one instant, to rounding."""
+        return abs(one - other) <= self._soon(one)
+
+    def _soon(self, t: float) -> float:
+        return JUST_AFTER * (abs(t) + self._horizon)
 
     def _left(self, y: np.ndarray, t: float, p: np.ndarray, m: np.ndarray) -> np.ndarray:
         return numbers(self._automaton.field(y, t, p, m)[1])[self._first :]

@@ -138,8 +138,11 @@ class IntegratorsProgram(Program):
                 motion.size = self._sizes(flow, motion, p, horizon)
             while motion.t < end and motion.status == Status.OK:
                 check_time()
+                strike = self._strike(motion, p)
+                if end < horizon and self._clocks.same(strike, end):  # it has the next values of the inputs
+                    end = min(strike, end)
                 begins = min((s for s in self._starts.values() if motion.t < s < end), default=end)
-                self._integrate(flow, motion, p, min(begins, self._strike(motion, p)))
+                self._integrate(flow, motion, p, min(begins, strike))
                 if motion.t in self._starts.values():
                     self._start_counting(motion)
                 tell_of_run(motion.t / horizon)

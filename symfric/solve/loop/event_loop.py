@@ -22,7 +22,7 @@ from symfric.solve.loop.events.crossings import cross
 from symfric.solve.loop.events.first_event import first_event
 from symfric.solve.loop.events.impacts import jams, leave, log_openings
 from symfric.solve.loop.events.saltation import give_up_derivatives, has_derivatives, jump, remember
-from symfric.solve.loop.events.time_steps import mark_steps
+from symfric.solve.loop.events.time_steps import mark_steps, soon
 from symfric.solve.loop.events.transitions import transit
 from symfric.solve.loop.modes.layout import mode
 from symfric.solve.loop.modes.mode_selection import keep_scales, settle
@@ -209,6 +209,9 @@ def _advance(w: LoopArrays, n_x: int, n_c: int, tau: float) -> None:
 def _switch(w: LoopArrays, n_x: int, n_c: int) -> int:
     """Select the mode after an event and log the changes."""
     starting = w.clock.h_last == 0.0 and w.counts.steps == 0
+    if w.limits.first_clock < w.guards.hit.size:
+        while w.inputs.times[w.counts.segment + 1] <= min(w.y[n_x] + soon(w), w.clock.t_end):
+            _load_segment(w)  # the same instant to rounding: what is computed now has its value
     if w.limits.steps:
         mark_steps(w, n_x, n_c, starting)
     if w.limits.varied:
@@ -272,13 +275,19 @@ def _begin(w: LoopArrays, n_x: int) -> None:
 
 @compiled(fused=True)
 def _next_segment(w: LoopArrays) -> None:
+    """Begin the next segment of the inputs."""
+    for g in range(w.guards.hit.size):
+        w.guards.hit[g] = 0
+    _load_segment(w)
+    w.counts.phase = SETTLE
+
+
+@compiled
+def _load_segment(w: LoopArrays) -> None:
     """Load the next slope of the inputs."""
     w.counts.segment += 1
     n = w.inputs.values.shape[1]
     for k in range(n):
         w.p[w.p.size - n + k] = w.inputs.values[w.counts.segment, k]
-    for g in range(w.guards.hit.size):
-        w.guards.hit[g] = 0
     prelude(w)
     w.counts.jumped = w.limits.holds
-    w.counts.phase = SETTLE
