@@ -4,7 +4,8 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from symfric.codegen.functions import compile_functions
+from symfric.codegen.columns import WithColumns
+from symfric.codegen.functions import Code, compile_functions
 from symfric.codegen.loop_loader import load_loop
 from symfric.lower.automaton import Automaton
 from symfric.lower.structure_modes import StructureMatrices
@@ -52,7 +53,8 @@ def series_model(
     """
     matrices = variants[0].matrices
     linear = matrices is not None
-    functions = [f for v in variants for f in (v.series, v.probe, v.unseen) if f]
+    series = [f for v in variants for f in (v.series, v.probe, v.unseen) if f]
+    functions: list[Code] = [f.drafted() if isinstance(f, WithColumns) else f for f in series]
     rare = [f for v in variants for f in (v.prelude, v.terms) if f]
     if not linear and len(automaton.states) <= _WRITTEN:
         functions.append(reach(len(automaton.states), automaton.layout.n_guards, variants[0].order))
