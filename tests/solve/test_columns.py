@@ -7,10 +7,16 @@ import pytest
 import sympy as sp
 
 import symfric as sf
+from symfric.codegen.columns import WithColumns
 from symfric.codegen.functions import compile_functions
+from symfric.codegen.instructions import read
+from symfric.codegen.llvm_ir import Written
 from symfric.lower.automaton import lower
 from symfric.lower.variational_equations import varied
+from symfric.solve.taylor import expansion
+from symfric.solve.taylor.affine_forms import gathered
 from symfric.solve.taylor.expansion import expand
+from symfric.solve.taylor.table import length
 
 _X, _U, _Y, _W = sp.symbols("x u y w", real=True)
 
@@ -53,9 +59,11 @@ def _scalar(function, inputs):
 
 @pytest.mark.parametrize("scene", _SCENES)
 @pytest.mark.parametrize("columns", [1, 2, 3, 5, 9])
-def test_vectors_have_the_bits_of_one_column_after_the_other(scene, columns):
+@pytest.mark.parametrize("first", ["values", "states"])
+def test_vectors_have_the_bits_of_one_column_after_the_other(scene, columns, first):
     scene = _SCENES[scene]()
-    names = [*(s.name for s in scene.values), *(s.name for s in scene.system.states)]
+    values, states = [s.name for s in scene.values], [s.name for s in scene.system.states]
+    names = [*values, *states] if first == "values" else [*states, *values]
     rows = [scene.system.q[0] * scene.system.u[0], sp.sin(scene.system.u[0]) + 3 * scene.system.q[0]]
     automaton = lower(scene, rows)
     variations = varied(automaton, scene, [names[k % len(names)] for k in range(columns)], 2)
@@ -77,3 +85,17 @@ def test_vectors_have_the_bits_of_one_column_after_the_other(scene, columns):
 def wide_rows(field):
     """Return the number of rates, guards and observables."""
     return sum(field.nnz_out(k) for k in range(3))
+
+
+def test_slopes_are_written_out_where_the_equations_of_all_columns_would_be_a_table(monkeypatch):
+    scene = _SCENES["bristles"]()
+    automaton = lower(scene)
+    variations = varied(automaton, scene, [s.name for s in scene.values][:5], 0)
+    wide = variations.automaton
+    monkeypatch.setattr(expansion, "LONG", length(read(gathered(wide.field))[0], 12) - 1)
+    assert expansion.is_long(wide.field, 12)
+    assert not expansion.is_long(wide.field, 12, wide.varied)
+    assert isinstance(expand(wide.field, 12, "", wide.varied).series, WithColumns)
+    monkeypatch.setattr(expansion, "LONG", 100)
+    assert expansion.is_long(wide.field, 12, wide.varied)
+    assert isinstance(expand(wide.field, 12, "", wide.varied).series, Written)

@@ -34,9 +34,17 @@ def is_branching(field: ca.Function) -> bool:
     return any(node.op in BRANCHING for node in nodes if node.moves)
 
 
-def is_long(field: ca.Function, order: int) -> bool:
-    """Whether the series of a field is a table of its operations; see `symfric.solve.taylor.table`."""
-    return length(read(field)[0], order) > LONG
+def is_long(field: ca.Function, order: int, varied: VariedField | None = None) -> bool:
+    """Return whether the series of a field, which may be made from another, is a table of its operations.
+
+    See `symfric.solve.taylor.table`.
+    """
+    if length(read(field)[0], order) <= LONG:
+        return False
+    if varied is None or field.n_instructions() > _GATHERED:
+        return True
+    nodes, outputs = read(gathered(_beside(field, slopes_of(varied, field.nnz_in(0)))))
+    return length(nodes, order, _moving(nodes, [i for group in _of_motion(outputs, varied) for i in group])) > LONG
 
 
 def expand(field: ca.Function, order: int, suffix: str = "", varied: VariedField | None = None) -> Series:
@@ -58,7 +66,7 @@ def expand(field: ca.Function, order: int, suffix: str = "", varied: VariedField
     SceneError
         If an operation has no recurrence; named.
     """
-    if varied is not None and is_long(field, order):
+    if varied is not None and is_long(field, order, varied):
         varied = None  # its table has the derivatives as states
     if varied is not None:
         field = _beside(field, slopes_of(varied, field.nnz_in(0)))
@@ -98,6 +106,12 @@ def _beside(field: ca.Function, slopes: ca.Function) -> ca.Function:
     return ca.Function(field.name(), given, out)
 
 
+def _of_motion(outputs: list[list[int]], varied: VariedField) -> list[list[int]]:
+    """Return the nodes of rates, guards and observables without those of derivatives, and of the slopes."""
+    rows = len(outputs[2]) - varied.followed * len(varied.directions)
+    return [outputs[0][: varied.field.nnz_in(0)], outputs[1], outputs[2][:rows], *outputs[3:]]
+
+
 class _Motion:
     """The coefficients of states, guards and observables, written out.
 
@@ -127,8 +141,7 @@ class _Motion:
         self._outputs = outputs
         if varied is not None:
             self._n_x, self._n_s, self._n_f = varied.field.nnz_in(0), len(varied.directions), varied.followed
-            rows = len(outputs[2]) - self._n_f * self._n_s
-            self._outputs = [outputs[0][: self._n_x], outputs[1], outputs[2][:rows], *outputs[3:]]
+            self._outputs = _of_motion(outputs, varied)
         self._x = self._coefficients(order)
 
     def _coefficients(self, order: int) -> list[Jet]:

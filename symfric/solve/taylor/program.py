@@ -64,7 +64,7 @@ def variants_of(automaton: Automaton, order: int, sticker: int) -> list[Series]:
     Two without conditions are faster than one with the mode as data (by a quarter for one mass on a belt), but their
     number would double with every contact. In a long series conditions take a negligible part of the time.
     """
-    if sticker < 0 or is_long(automaton.field, order):
+    if sticker < 0 or is_long(automaton.field, order, automaton.varied):
         return [kept_series(automaton.field, order, varied=automaton.varied)]
     series = []
     for stick, name in ((0, "_slip"), (1, "_stick")):

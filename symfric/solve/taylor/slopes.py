@@ -28,12 +28,12 @@ def slopes_of(varied: VariedField, n_y: int) -> ca.Function:
     first = n_x + field.nnz_out(1)
     c, atoms, rest = affine(field, whole, [*range(n_x), *range(first, first + varied.followed)])
     moved = sorted({k for k in varied.directions if k >= 0})
-    values = p[moved]
+    values = ca.vertcat(*(p[k] for k in moved)) if moved else ca.SX(0, 1)
     by_all = ca.jacobian(atoms, ca.vertcat(y, values))  # at once, so that both parts have the same products
     G, by_value = by_all[:, :n_x], ca.SX(c.shape[0], n_s)
-    of_values = c @ by_all[:, n_x:] + ca.jacobian(rest, values)
+    of_values = c @ by_all[:, n_x:] + ca.jacobian(rest, values) if moved else None
     for s, k in enumerate(varied.directions):
-        if k >= 0:
+        if of_values is not None and k >= 0:
             by_value[:, s] = of_values[:, moved.index(k)] + ca.reshape(ca.jacobian(c, p[k]), c.shape) @ atoms
     moving = ca.vertcat(y, t)
     nonlinear = [a for a in range(atoms.numel()) if _moving(G[a, :], moving)]
