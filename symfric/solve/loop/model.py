@@ -7,6 +7,7 @@ import casadi as ca
 from symfric.codegen.columns import WithColumns
 from symfric.codegen.functions import Code, compile_functions
 from symfric.codegen.loop_loader import load_loop
+from symfric.codegen.polynomial_sums import polynomial_sums
 from symfric.lower.automaton import Automaton
 from symfric.lower.structure_modes import StructureMatrices
 from symfric.lower.variational_equations import Variations
@@ -16,7 +17,7 @@ from symfric.solve.loop.codes import STRUCTURE
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.loop.run_arrays import limit
 from symfric.solve.loop.stepping.decay_weights import exact_order
-from symfric.solve.loop.stepping.series import Series, reach
+from symfric.solve.loop.stepping.series import Series
 from symfric.solve.loop.workspace import SHARED, make_arrays
 from symfric.solve.observables import Observables
 
@@ -57,7 +58,8 @@ def series_model(
     functions: list[Code] = [f.drafted() if isinstance(f, WithColumns) else f for f in series]
     rare = [f for v in variants for f in (v.prelude, v.terms) if f]
     if not linear and len(automaton.states) <= _WRITTEN:
-        functions.append(reach(len(automaton.states), automaton.layout.n_guards, variants[0].order))
+        sums = polynomial_sums("reach", len(automaton.states), automaton.layout.n_guards, variants[0].order)
+        functions.append(sums)
     jump = variations.jump if variations else None
     functions += [jump] if jump else []
     if automaton.transition:
