@@ -85,12 +85,19 @@ def compile_functions(functions: Sequence[Code], rare: Sequence[ca.Function] = (
     """
     long = [f for f in rare if f.n_instructions() > _LONG]
     first: list[Code] = [*functions, *(f for f in rare if f.n_instructions() <= _LONG)]
-    many = sum(f.n_instructions() for f in first if isinstance(f, ca.Function)) > _MANY
+    many = sum(_instructions(f) for f in first) > _MANY
     code = _made(first, (2, 0) if many else (2,))
     if not long:
         return code
     other = _made(long, (0,))
     return MachineCode(code.addresses | other.addresses, code.cached and other.cached, (code, other), code.draft)
+
+
+def _instructions(f: Code) -> int:
+    """Return the number of instructions of a function; zero for a table of them."""
+    if isinstance(f, Drafted):
+        return f.instructions
+    return int(f.n_instructions()) if isinstance(f, ca.Function) else 0
 
 
 def _made(functions: Sequence[Code], levels: tuple[int, ...]) -> MachineCode:

@@ -8,10 +8,11 @@ from typing import Any
 
 import casadi as ca
 
+from symfric.codegen.columns import WithColumns
 from symfric.codegen.llvm_ir import Written
 from symfric.codegen.object_cache import load, store
 
-Kept = Mapping[str, Any]  # functions of CasADi, or what JSON can hold
+Kept = Mapping[str, Any]  # functions of CasADi, with columns or without, or what JSON can hold
 _FORMAT = 1  # version of the files, part of their key
 _FAST = 1  # level of compression
 
@@ -47,8 +48,10 @@ def kept(key: str, make: Callable[[], Kept]) -> Kept:
 def _written(value: Any) -> Any:
     if isinstance(value, ca.Function):
         return {"casadi": value.serialize()}
-    return value
+    return {"columns": value.to_dict()} if isinstance(value, WithColumns) else value
 
 
 def _read(value: Any) -> Any:
-    return ca.Function.deserialize(value["casadi"]) if isinstance(value, dict) else value
+    if not isinstance(value, dict):
+        return value
+    return ca.Function.deserialize(value["casadi"]) if "casadi" in value else WithColumns.from_dict(value["columns"])

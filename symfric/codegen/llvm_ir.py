@@ -84,11 +84,14 @@ class Drafted:
     key : str
         Of all that it is written from.
     write : callable
+    instructions : int
+        About how many it has.
     """
 
     label: str
     key: str
     write: Callable[[], Written]
+    instructions: int = 0
 
     def name(self) -> str:
         """Return the name of the function."""
@@ -194,11 +197,16 @@ def body(f: ca.Function) -> list[str]:
     return _Function(f, cut=False).lines(0)
 
 
+def definition(f: ca.Function, name: str) -> str:
+    """Return the definition of a function under another name, for the functions beside it."""
+    return _Function(f, name=name).text()
+
+
 class _Function:
     """Writer of one function; the value of an instruction is named by its index."""
 
-    def __init__(self, f: ca.Function, cut: bool = True):
-        self._f, self._given = f, Instructions.of(f, cut)
+    def __init__(self, f: ca.Function, cut: bool = True, name: str = ""):
+        self._f, self._given, self._name = f, Instructions.of(f, cut), name or f.name()
         self._ops, self._sources, self._part = self._given.ops, self._given.sources, self._given.part
         self._within = {
             self._sources[k][j] for k, j in self._given.fused.items()
@@ -236,14 +244,14 @@ class _Function:
         declared = ", ".join(f"double* noalias nocapture {n}" for n in names)
         parts = range((len(self._ops) - 1) // self._part + 1)
         if len(parts) == 1:
-            return _define(f"@{f.name()}({declared})", self.lines(0))
+            return _define(f"@{self._name}({declared})", self.lines(0))
         given = ", ".join(f"double* {n}" for n in [*names, "%slots"])
         kept = f"[{self._room} x double]"
         body = [f"%kept = alloca {kept}", f"%slots = getelementptr {kept}, {kept}* %kept, i64 0, i64 0"]
-        body += [f"call void @{f.name()}.{part}({given})" for part in parts]
+        body += [f"call void @{self._name}.{part}({given})" for part in parts]
         slots = declared + ", double* noalias nocapture %slots"
-        texts = [_define(f"internal @{f.name()}.{part}({slots})", self.lines(part)) for part in parts]
-        return "\n".join([*texts, _define(f"@{f.name()}({declared})", body)])
+        texts = [_define(f"internal @{self._name}.{part}({slots})", self.lines(part)) for part in parts]
+        return "\n".join([*texts, _define(f"@{self._name}({declared})", body)])
 
     def lines(self, part: int) -> list[str]:
         """Return the instructions of one part."""
@@ -288,7 +296,7 @@ class _Function:
         if k in known:
             return known[k]
         if self._ops[k] == ca.OP_CONST:
-            known[k] = _literal(self._f.instruction_constant(k))
+            known[k] = literal(self._f.instruction_constant(k))
             return known[k]
         array, element = "%slots", self._slots.get(k)
         if self._ops[k] == ca.OP_INPUT:
@@ -322,7 +330,7 @@ def _operation(lines: list[str], k: int, op: int, v: list[str]) -> str:
     elif op == ca.OP_NEG:
         lines.append(f"{r} = fneg double {v[0]}")
     elif op == ca.OP_INV:
-        lines.append(f"{r} = fdiv double {_literal(1.0)}, {v[0]}")
+        lines.append(f"{r} = fdiv double {literal(1.0)}, {v[0]}")
     elif op in INTRINSICS:
         lines.append(f"{r} = call double @llvm.{INTRINSICS[op]}.f64({', '.join('double ' + x for x in v)})")
     elif op in COMPARISONS:
@@ -331,8 +339,8 @@ def _operation(lines: list[str], k: int, op: int, v: list[str]) -> str:
     elif op in (ca.OP_NOT, ca.OP_AND, ca.OP_OR):
         _logic(lines, k, op, v)
     elif op == ca.OP_IF_ELSE_ZERO:
-        lines.append(f"%c{k} = fcmp une double {v[0]}, {_literal(0.0)}")
-        lines.append(f"{r} = select i1 %c{k}, double {v[1]}, double {_literal(0.0)}")
+        lines.append(f"%c{k} = fcmp une double {v[0]}, {literal(0.0)}")
+        lines.append(f"{r} = select i1 %c{k}, double {v[1]}, double {literal(0.0)}")
     elif op in CALLS:
         lines.append(f"{r} = call double @{CALLS[op]}({', '.join('double ' + x for x in v)})")
     else:
@@ -342,7 +350,7 @@ def _operation(lines: list[str], k: int, op: int, v: list[str]) -> str:
 
 def _logic(lines: list[str], k: int, op: int, v: list[str]) -> None:
     for j, x in enumerate(v):
-        lines.append(f"%b{k}_{j} = fcmp une double {x}, {_literal(0.0)}")
+        lines.append(f"%b{k}_{j} = fcmp une double {x}, {literal(0.0)}")
     if op == ca.OP_NOT:
         lines.append(f"%c{k} = xor i1 %b{k}_0, true")
     else:
@@ -350,5 +358,6 @@ def _logic(lines: list[str], k: int, op: int, v: list[str]) -> None:
     lines.append(f"%r{k} = uitofp i1 %c{k} to double")
 
 
-def _literal(x: float) -> str:
+def literal(x: float) -> str:
+    """Return a number as LLVM reads it, with all its bits."""
     return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"

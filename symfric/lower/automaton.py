@@ -37,6 +37,25 @@ from symfric.model.scene import Scene
 
 
 @dataclass(frozen=True)
+class VariedField:
+    """A field whose states are followed by columns of derivatives, in the field made from it.
+
+    Attributes
+    ----------
+    field : casadi.Function
+        ``(y, t, p, m) -> (rate, guards, rows)`` without derivatives.
+    directions : tuple of int
+        For each column the index in p of the parameter, -1 for the start of a state.
+    followed : int
+        Number of rows, the first ones, whose derivatives follow the rows.
+    """
+
+    field: ca.Function
+    directions: tuple[int, ...]
+    followed: int
+
+
+@dataclass(frozen=True)
 class Automaton:
     """Smooth functions of a scene and the layout of their arguments.
 
@@ -85,6 +104,8 @@ class Automaton:
         layout has such contacts.
     impact : casadi.Function, optional
         What contacts that open do when they strike, see `symfric.lower.impacts.impact_of`.
+    varied : VariedField, optional
+        What the field was made from, if its states hold first derivatives.
     """
 
     field: ca.Function
@@ -104,6 +125,7 @@ class Automaton:
     transition: ca.Function | None = None
     impact: ca.Function | None = None
     planes: tuple[int, ...] = ()
+    varied: VariedField | None = None
 
     @property
     def contacts(self) -> tuple[str, ...]:

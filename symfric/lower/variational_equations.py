@@ -18,7 +18,7 @@ from typing import Any
 import casadi as ca
 import sympy as sp
 
-from symfric.lower.automaton import Automaton, arguments_of
+from symfric.lower.automaton import Automaton, VariedField, arguments_of
 from symfric.lower.constraint_forces import HOLDS, hold
 from symfric.lower.mode_layout import direction
 from symfric.lower.planes import STARTS
@@ -140,6 +140,7 @@ def varied(
             field=wide,
             gauge=ca.Function("gauge", [state, t, p], list(gauge), ["y", "t", "p"], names_out),
             states=(*automaton.states, *(f"d{x}/d{s}" for s in [*directions, *pairs] for x in automaton.states)),
+            varied=None if pairs or n_x > MANY else VariedField(field, _indices(names, directions), followed),
         ),
         jump=_jump(automaton, y, V, W, t, p, along, flat, followed, constrained),
         start=starts_of(automaton, scene, directions, pairs),
@@ -147,6 +148,11 @@ def varied(
         pairs=pairs,
         followed=followed,
     )
+
+
+def _indices(parameters: Sequence[str], directions: Sequence[str]) -> tuple[int, ...]:
+    """Return the index of the parameter of every direction, -1 for a state."""
+    return tuple(parameters.index(name) if name in parameters else -1 for name in directions)
 
 
 def _jump(

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import casadi as ca
 
+from symfric.codegen.columns import WithColumns
 from symfric.codegen.lane_ir import LaneCode
 from symfric.codegen.lane_values import Value
 from symfric.codegen.llvm_ir import Written
@@ -86,11 +87,13 @@ class Kernel:
             g.store_mask(k, g.logic("and", kept, mask))
         return g.written()
 
-    def coefficients(self, f: ca.Function | Written | None, aux: Row, state: Row | None = None) -> list[list[Value]]:
+    def coefficients(
+        self, f: ca.Function | Written | WithColumns | None, aux: Row, state: Row | None = None
+    ) -> list[list[Value]]:
         """Return the rows of a series or a short one, at the present state and time unless given."""
-        assert isinstance(f, ca.Function), "see plan_of"
+        assert isinstance(f, ca.Function | WithColumns), "see plan_of"
         state = [*self.of("y", self.plan.n_x), self.v["t"]] if state is None else state
-        (flat,) = self.g.graph(f, [state, aux])
+        flat = f.of(self.g.graph, state, aux) if isinstance(f, WithColumns) else self.g.graph(f, [state, aux])[0]
         n = len(flat) // self.plan.n_r
         return [flat[i : i + n] for i in range(0, len(flat), n)]
 

@@ -10,6 +10,7 @@ import llvmlite.binding as llvm
 import numpy as np
 
 from symfric.codegen.array_table import Table
+from symfric.codegen.columns import WithColumns
 from symfric.codegen.functions import compile_functions
 from symfric.codegen.llvm_ir import Drafted
 from symfric.codegen.loop_loader import sources_key
@@ -48,7 +49,8 @@ def _written_by() -> str:
 def plan_of(model: CompiledModel, automaton: Automaton, variants: Sequence[Series], horizon: float) -> Plan | None:
     """Return how a scene runs in lanes; None if it does not, as with long equations or a wanted part of the run."""
     rows, layout, clock, exact = model.wanted.rows, automaton.layout, model.first.clock, model.first.limits.exact
-    if not all(isinstance(v.series, ca.Function) and v.series.n_instructions() <= _LONGEST for v in variants):
+    kinds = ca.Function | WithColumns
+    if not all(isinstance(v.series, kinds) and v.series.n_instructions() <= _LONGEST for v in variants):
         return None
     long = layout.n_guards > _GUARDS or any(r.kind not in CARRIED or r.start > 0.0 for r in rows)
     if layout.openings or automaton.planes or long:

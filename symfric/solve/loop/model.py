@@ -4,8 +4,10 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from symfric.codegen.functions import compile_functions
+from symfric.codegen.columns import WithColumns
+from symfric.codegen.functions import Code, compile_functions
 from symfric.codegen.loop_loader import load_loop
+from symfric.codegen.polynomial_sums import polynomial_sums
 from symfric.lower.automaton import Automaton
 from symfric.lower.structure_modes import StructureMatrices
 from symfric.lower.variational_equations import Variations
@@ -15,7 +17,7 @@ from symfric.solve.loop.codes import STRUCTURE
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.loop.run_arrays import limit
 from symfric.solve.loop.stepping.decay_weights import exact_order
-from symfric.solve.loop.stepping.series import Series, reach
+from symfric.solve.loop.stepping.series import Series
 from symfric.solve.loop.workspace import SHARED, make_arrays
 from symfric.solve.observables import Observables
 
@@ -52,10 +54,12 @@ def series_model(
     """
     matrices = variants[0].matrices
     linear = matrices is not None
-    functions = [f for v in variants for f in (v.series, v.probe, v.unseen) if f]
+    series = [f for v in variants for f in (v.series, v.probe, v.unseen) if f]
+    functions: list[Code] = [f.drafted() if isinstance(f, WithColumns) else f for f in series]
     rare = [f for v in variants for f in (v.prelude, v.terms) if f]
     if not linear and len(automaton.states) <= _WRITTEN:
-        functions.append(reach(len(automaton.states), automaton.layout.n_guards, variants[0].order))
+        sums = polynomial_sums("reach", len(automaton.states), automaton.layout.n_guards, variants[0].order)
+        functions.append(sums)
     jump = variations.jump if variations else None
     functions += [jump] if jump else []
     if automaton.transition:

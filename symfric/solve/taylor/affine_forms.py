@@ -59,6 +59,26 @@ def _once(name: str, arguments: list[ca.SX], out: Sequence[ca.SX], like: ca.Func
     return ca.Function(name, arguments, ca.cse([ca.densify(e) for e in out]), like.name_in(), like.name_out())
 
 
+def affine(field: ca.Function, arguments: list[ca.SX], rows: Sequence[int]) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """Return coefficients (n, n_a), atoms (n_a,) and fixed parts (n,) of entries of a field.
+
+    Parameters
+    ----------
+    field : casadi.Function
+        ``(y, t, p, m) -> (rate, guards, rows)``.
+    arguments : list of SX
+        Symbols y, t, p, m.
+    rows : sequence of int
+        Of ``[rate; guards; rows]``.
+    """
+    nodes, outputs = read(_once(field.name(), arguments, list(field(*arguments)), field))
+    work = _Gathering(arguments)
+    for node in nodes:
+        work.add(node)
+    entries = [i for group in outputs for i in group]
+    return work.affine([entries[r] for r in rows])
+
+
 class _Gathering:
     """The affine forms of the nodes read so far."""
 
@@ -82,6 +102,17 @@ class _Gathering:
         if total is None:
             return rest
         return total if rest.is_zero() else total + rest
+
+    def affine(self, entries: Sequence[int]) -> tuple[ca.SX, ca.SX, ca.SX]:
+        """Return coefficients, atoms and fixed parts of some nodes."""
+        forms = [self._forms[i].spread() for i in entries]
+        used = sorted({a for terms, _ in forms for a in terms})
+        coefficients = ca.SX(len(forms), len(used))
+        for i, (terms, _) in enumerate(forms):
+            for a, c in terms.items():
+                coefficients[i, used.index(a)] = c
+        atoms, rests = ([self._atoms[a] for a in used], [rest for _, rest in forms])
+        return coefficients, *(ca.vertcat(*e) if e else ca.SX(0, 1) for e in (atoms, rests))
 
     def add(self, node: Node) -> None:
         """Append the form of the next node."""

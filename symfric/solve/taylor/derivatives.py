@@ -19,7 +19,6 @@ from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.loop.model import series_model
 from symfric.solve.loop.stepping.linear_series import linear_series
 from symfric.solve.loop.stepping.series import Series
-from symfric.solve.loop.workspace import LoopArrays
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.observables import Observables
 from symfric.solve.program import Numbers
@@ -62,14 +61,26 @@ class DerivativesProgram(Laned):
     def _follow(
         self, y: np.ndarray, p: np.ndarray, progress: Callable[[float], None] | None
     ) -> tuple[Status, tuple[np.ndarray, float, dict[str, float], Raw]]:
-        workspace = self._model.workspace()
+        model = self._model
+        workspace = model.workspace()
         status = workspace.drive(y, p, progress)
-        final, t_final, stats, raw = workspace.collect()
-        if status == Status.OK and workspace.arrays.counts.doubts:
+        final, t_final, stats, (rows, rest, path, events, _) = workspace.collect()
+        w = workspace.arrays
+        if status == Status.OK and w.counts.doubts:
             status = Status.NO_DERIVATIVE
-        raw = raw._replace(derivatives=self._derivatives(workspace.arrays, status))
-        self._model.give_back(workspace)
-        return status, (final, t_final, stats, raw)
+        derivatives = Derivatives(
+            self._columns,
+            w.y[model.n_x : -1].copy(),
+            w.observed.total.copy(),
+            w.observed.seen.copy(),
+            w.times.first,
+            w.rest.copy(),
+            status != Status.NO_DERIVATIVE,
+            rest >= 0.0,
+            not (stats["events"] or stats["kinks"]),
+        )
+        model.give_back(workspace)
+        return status, (final, t_final, stats, Raw(rows, rest, path, events, derivatives))
 
     def _start_derivatives(self, p: np.ndarray, replaced: Iterable[str]) -> np.ndarray:
         """Return the derivatives of the initial state, of one case or of rows of them, column after column.
@@ -111,23 +122,6 @@ class DerivativesProgram(Laned):
         of_outputs = {name: masked(rows) for name, rows in derivatives.outputs.items()}
         batch = super()._batch(cases, kept)
         return replace(batch, sensitivities=masked(derivatives.final), output_sensitivities=of_outputs)
-
-    def _derivatives(self, w: LoopArrays, status: Status) -> Derivatives:
-        """Copy the derivatives of a run from its arrays."""
-        n_x = len(self._states)
-        known, smooth = status != Status.NO_DERIVATIVE, not (w.counts.events or w.counts.kinks)
-        rests = w.clock.rest >= 0.0
-        return Derivatives(
-            self._columns,
-            w.y[n_x:-1].copy(),
-            w.observed.total.copy(),
-            w.observed.seen.copy(),
-            w.times.first,
-            w.rest.copy(),
-            known,
-            rests,
-            smooth,
-        )
 
 
 def model_with_derivatives(

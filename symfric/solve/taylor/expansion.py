@@ -5,14 +5,20 @@ coefficient k + 1 of the state. What depends on parameters and mode alone is spl
 per mode.
 """
 
+from collections.abc import Iterable
+
 import casadi as ca
 
+from symfric.codegen.columns import Layout, WithColumns
 from symfric.codegen.instructions import BRANCHING, Node, read
+from symfric.lower.automaton import VariedField
 from symfric.solve.loop.stepping.enclosure import hiding, unseen
 from symfric.solve.loop.stepping.series import PROBED, Series
 from symfric.solve.taylor.affine_forms import gathered
+from symfric.solve.taylor.column_recurrence import ColumnRecurrence, SlopeJets
 from symfric.solve.taylor.fixed import Fixed
 from symfric.solve.taylor.recurrences import Jet, Value, at, coefficient, plus, scaled, times
+from symfric.solve.taylor.slopes import slopes_of
 from symfric.solve.taylor.table import LONG, OperationTable, length
 
 # Most states of a system whose newest coefficients are computed outside the operations, see `_split_rates`, and most
@@ -28,12 +34,20 @@ def is_branching(field: ca.Function) -> bool:
     return any(node.op in BRANCHING for node in nodes if node.moves)
 
 
-def is_long(field: ca.Function, order: int) -> bool:
-    """Whether the series of a field is a table of its operations; see `symfric.solve.taylor.table`."""
-    return length(read(field)[0], order) > LONG
+def is_long(field: ca.Function, order: int, varied: VariedField | None = None) -> bool:
+    """Return whether the series of a field, which may be made from another, is a table of its operations.
+
+    See `symfric.solve.taylor.table`.
+    """
+    if length(read(field)[0], order) <= LONG:
+        return False
+    if varied is None or field.n_instructions() > _GATHERED:
+        return True
+    nodes, outputs = read(gathered(_beside(field, slopes_of(varied, field.nnz_in(0)))))
+    return length(nodes, order, _moving(nodes, [i for group in _of_motion(outputs, varied) for i in group])) > LONG
 
 
-def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
+def expand(field: ca.Function, order: int, suffix: str = "", varied: VariedField | None = None) -> Series:
     """Return the Taylor series of ``y' = rate`` and of every guard and observable along it.
 
     Parameters
@@ -44,16 +58,23 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
         Highest order of the coefficients.
     suffix : str
         Suffix of the names of the functions.
+    varied : VariedField, optional
+        From which the field was made; the series of derivatives are then made of those of its slopes.
 
     Raises
     ------
     SceneError
         If an operation has no recurrence; named.
     """
+    if varied is not None and is_long(field, order, varied):
+        varied = None  # its table has the derivatives as states
+    if varied is not None:
+        field = _beside(field, slopes_of(varied, field.nnz_in(0)))
     nodes, outputs = read(gathered(field) if field.n_instructions() <= _GATHERED else field)
     n_x, p, m = field.nnz_in(0), ca.SX.sym("p", field.nnz_in(2)), ca.SX.sym("m", field.nnz_in(3))
     fixed, state = Fixed(nodes, p, m), ca.SX.sym("y", n_x + 1)
-    rows = [] if length(nodes, order) > LONG else _written_out(nodes, outputs, fixed, state, order)
+    written = varied is not None or length(nodes, order) <= LONG
+    motion = _Motion(nodes, outputs, fixed, state, order, varied) if written else None
     targets = [*outputs[0], *outputs[1], *outputs[2]]
     hidden = hiding(nodes, order)
     exposed = tuple(r for r, node in enumerate(targets) if hidden[node])
@@ -64,11 +85,8 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
             ca.Function(name + suffix, [box, fixed.symbols()], [ca.densify(e)], {"cse": True})
             for name, e in zip(("unseen", "terms"), out, strict=True)
         )
-    table = None if rows else OperationTable(nodes, outputs, fixed, n_x, order)
-    series, probe = (
-        table.function(name + suffix, last) if table else _flat(name + suffix, state, fixed, rows, last)
-        for name, last in (("series", order), ("probe", PROBED))
-    )
+    writer = motion or OperationTable(nodes, outputs, fixed, n_x, order)
+    series, probe = writer.function("series" + suffix, order), writer.function("probe" + suffix, PROBED)
     return Series(
         prelude=ca.Function("prelude" + suffix, [p, m], [fixed.expressions()], {"cse": True}),
         series=series,
@@ -77,35 +95,117 @@ def expand(field: ca.Function, order: int, suffix: str = "") -> Series:
         unseen=bounds,
         terms=terms,
         exposed=exposed,
-        room=table.room if table else 0,
+        room=writer.room if isinstance(writer, OperationTable) else 0,
     )
 
 
-def _written_out(nodes: list[Node], outputs: list[list[int]], fixed: Fixed, state: ca.SX, order: int) -> list[Jet]:
-    """Return the coefficients of states, guards and observables."""
-    n_x = state.numel() - 1
-    sweep = _Sweep(nodes, fixed)
-    x: list[Jet] = [[state[i]] for i in range(n_x)]
-    clock = [state[n_x], ca.SX(1)]
-    slopes: list[list[Jet]] = []
-    most = _taken_out(n_x, sum(node.moves for node in nodes))
-    for k in range(order + 1):
-        sweep.extend([at(row, k) for row in x], at(clock, k))
-        if k == 0 and most:
-            slopes = [[sweep.trial(1, [_unit(i, n_x)], [None], outputs[0]) for i in range(n_x)]]
-        if 0 < k < most:
-            slopes.append(_next_slopes(slopes[-1], k, state, [*(row[1] for row in x), clock[1]]))
-        if k == 0 or not most:
-            rates = [scaled(sweep.at(out, k), 1 / (k + 1)) for out in outputs[0]]
-        else:
-            newest = min(most, (k + 1) // 2)  # no product of two of them is of order k
-            times_of = [at(clock, k - newest + 1 + j) for j in range(newest)]
-            rest = sweep.trial(k, newest * [n_x * [None]], times_of, outputs[0])
-            rates = _split_rates(rest, slopes[:newest], x, k)
-        for row, rate in zip(x, rates, strict=True):
-            row.append(rate)
-    jets = sweep.jets
-    return x + [jets[o] if nodes[o].moves else [fixed.value(o)] for o in (*outputs[1], *outputs[2])]
+def _beside(field: ca.Function, slopes: ca.Function) -> ca.Function:
+    """Return the function ``(y, t, p, m) -> (rate, guards, rows, L, c, G, b)``; see `slopes_of`."""
+    given = [ca.SX.sym(name, field.nnz_in(i)) for i, name in enumerate(field.name_in())]
+    out = [*field.call(given), *slopes.call(given)]
+    return ca.Function(field.name(), given, out)
+
+
+def _of_motion(outputs: list[list[int]], varied: VariedField) -> list[list[int]]:
+    """Return the nodes of rates, guards and observables without those of derivatives, and of the slopes."""
+    rows = len(outputs[2]) - varied.followed * len(varied.directions)
+    return [outputs[0][: varied.field.nnz_in(0)], outputs[1], outputs[2][:rows], *outputs[3:]]
+
+
+class _Motion:
+    """The coefficients of states, guards and observables, written out.
+
+    Parameters
+    ----------
+    nodes : list of Node
+    outputs : list of list of int
+        Nodes of rates, guards and observables; then, if the states hold derivatives, those of their slopes.
+    fixed : Fixed
+    state : SX
+        Start of all states, and time.
+    order : int
+    varied : VariedField or None
+    """
+
+    def __init__(
+        self,
+        nodes: list[Node],
+        outputs: list[list[int]],
+        fixed: Fixed,
+        state: ca.SX,
+        order: int,
+        varied: VariedField | None,
+    ) -> None:
+        self._nodes, self._fixed, self._state = nodes, fixed, state
+        self._n_x, self._n_s, self._n_f = len(outputs[0]), 0, 0
+        self._outputs = outputs
+        if varied is not None:
+            self._n_x, self._n_s, self._n_f = varied.field.nnz_in(0), len(varied.directions), varied.followed
+            self._outputs = _of_motion(outputs, varied)
+        self._x = self._coefficients(order)
+
+    def _coefficients(self, order: int) -> list[Jet]:
+        """Return the coefficients of the states, and compute those of all outputs."""
+        n_x, outputs, rates_of = self._n_x, self._outputs, self._outputs[0]
+        self._sweep = sweep = _Sweep(self._nodes, self._fixed, [i for group in outputs for i in group])
+        own = ca.vertcat(self._state[:n_x], self._state[-1])
+        x: list[Jet] = [[own[i]] for i in range(n_x)]
+        clock = [own[n_x], ca.SX(1)]
+        slopes: list[list[Jet]] = []
+        most = _taken_out(n_x, len(_moving(self._nodes, [i for group in outputs[:3] for i in group])))
+        of_rates = _moving(self._nodes, rates_of)
+        for k in range(order + 1):
+            sweep.extend([at(row, k) for row in x], at(clock, k))
+            if k == 0 and most:
+                slopes = [[sweep.trial(1, [_unit(i, n_x)], [None], rates_of, of_rates) for i in range(n_x)]]
+            if 0 < k < most:
+                slopes.append(_next_slopes(slopes[-1], k, own, [*(row[1] for row in x), clock[1]]))
+            if k == 0 or not most:
+                rates = [scaled(sweep.at(out, k), 1 / (k + 1)) for out in rates_of]
+            else:
+                newest = min(most, (k + 1) // 2)  # no product of two of them is of order k
+                times_of = [at(clock, k - newest + 1 + j) for j in range(newest)]
+                rest = sweep.trial(k, newest * [n_x * [None]], times_of, rates_of, of_rates)
+                rates = _split_rates(rest, slopes[:newest], x, k)
+            for row, rate in zip(x, rates, strict=True):
+                row.append(rate)
+        return x
+
+    def _jet(self, i: int) -> Jet:
+        return self._sweep.jets[i] if self._nodes[i].moves else [self._fixed.value(i)]
+
+    def _others(self) -> list[Jet]:
+        """Return the coefficients of guards and observables."""
+        return [self._jet(i) for i in (*self._outputs[1], *self._outputs[2])]
+
+    def function(self, name: str, last: int) -> ca.Function | WithColumns:
+        """Return the function ``([y; t], aux) -> coefficients`` up to order `last`, row by row."""
+        states, others = _flat(self._x, last), _flat(self._others(), last)
+        if not self._n_s:
+            return self._function(name, [ca.vertcat(states, others)])
+        n_x, n_s = self._n_x, self._n_s
+        L, c, G, b = (
+            [[self._jet(i)[: last + 1] for i in group[r : r + n]] for r in range(0, len(group), n)] if n else []
+            for group, n in zip(self._outputs[3:], (n_x, len(self._outputs[5]) // n_x, n_x, n_s), strict=True)
+        )
+        columns = ColumnRecurrence(
+            SlopeJets(L, c or [[] for _ in L], G, b), self._fixed.symbols(), last, apart=n_x <= _STATES
+        )
+        layout = Layout(n_x, n_s, len(self._outputs[1]) + len(self._outputs[2]))
+        values = self._function(f"{name}_values", [states, others, columns.handed_over(layout)])
+        return WithColumns(name, values, columns.column(f"{name}_column", last), layout)
+
+    def _function(self, name: str, out: list[ca.SX]) -> ca.Function:
+        return ca.Function(name, [self._state, self._fixed.symbols()], [ca.densify(e) for e in out], {"cse": True})
+
+
+def _moving(nodes: list[Node], targets: Iterable[int]) -> list[int]:
+    """Return the moving nodes that some nodes follow from, in order, with these."""
+    needed = set(targets)
+    for i in range(len(nodes) - 1, -1, -1):
+        if i in needed:
+            needed.update(nodes[i].args)
+    return [i for i in sorted(needed) if nodes[i].moves]
 
 
 def _taken_out(n_x: int, moving: int) -> int:
@@ -114,11 +214,11 @@ def _taken_out(n_x: int, moving: int) -> int:
 
 
 class _Sweep:
-    """The jets of all nodes, extended by one order at a time."""
+    """The jets of the nodes that some follow from, extended by one order at a time."""
 
-    def __init__(self, nodes: list[Node], fixed: Fixed) -> None:
+    def __init__(self, nodes: list[Node], fixed: Fixed, targets: list[int]) -> None:
         self._nodes, self._fixed = nodes, fixed
-        self._moving = [i for i, node in enumerate(nodes) if node.moves]
+        self._moving = _moving(nodes, targets)
         self.jets: list[Jet] = [[] for _ in nodes]  # empty for nodes that do not move
         self._partners: list[Jet] = [[] for _ in nodes]
 
@@ -136,15 +236,18 @@ class _Sweep:
             args = [self.jets[a] if self._nodes[a].moves else [self._fixed.value(a)] for a in node.args]
             jet.append(coefficient(node.op, len(jet), jet, args, self._partners[i], node.saturates, node.grows))
 
-    def trial(self, k: int, newest: list[Jet], clock: Jet, targets: list[int]) -> Jet:
-        """Return coefficients k of the nodes `targets` for other newest coefficients of states and time."""
+    def trial(self, k: int, newest: list[Jet], clock: Jet, targets: list[int], moving: list[int]) -> Jet:
+        """Return coefficients k of the nodes `targets` for other newest coefficients of states and time.
+
+        They follow from the nodes `moving`.
+        """
         first = k - len(newest) + 1
         tried: dict[int, Jet] = {}
         partners: dict[int, Jet] = {}
-        for i in self._moving:
+        for i in moving:
             tried[i], partners[i] = list(self.jets[i][:first]), list(self._partners[i][:first])
         for order in range(first, k + 1):
-            for i in self._moving:
+            for i in moving:
                 node, jet = self._nodes[i], tried[i]
                 if node.place is not None:
                     j = order - first
@@ -184,7 +287,6 @@ def _split_rates(rest: Jet, slopes: list[list[Jet]], x: list[Jet], k: int) -> Je
     return rates
 
 
-def _flat(name: str, state: ca.SX, fixed: Fixed, rows: list[Jet], order: int) -> ca.Function:
-    entries = [at(row, k) for row in rows for k in range(order + 1)]
-    out = ca.vertcat(*(ca.SX(0) if e is None else e for e in entries))
-    return ca.Function(name, [state, fixed.symbols()], [ca.densify(out)], {"cse": True})
+def _flat(rows: list[Jet], last: int) -> ca.SX:
+    entries = [at(row, k) for row in rows for k in range(last + 1)]
+    return ca.vertcat(*(ca.SX(0) if e is None else e for e in entries))

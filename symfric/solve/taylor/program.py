@@ -1,6 +1,7 @@
 """Programs of the route `taylor`, without derivatives."""
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import casadi as ca
@@ -63,12 +64,15 @@ def variants_of(automaton: Automaton, order: int, sticker: int) -> list[Series]:
     Two without conditions are faster than one with the mode as data (by a quarter for one mass on a belt), but their
     number would double with every contact. In a long series conditions take a negligible part of the time.
     """
-    if sticker < 0 or is_long(automaton.field, order):
-        return [kept_series(automaton.field, order)]
-    return [
-        kept_series(_fixed(automaton.field, sticker, stick), order, name)
-        for stick, name in ((0, "_slip"), (1, "_stick"))
-    ]
+    if sticker < 0 or is_long(automaton.field, order, automaton.varied):
+        return [kept_series(automaton.field, order, varied=automaton.varied)]
+    series = []
+    for stick, name in ((0, "_slip"), (1, "_stick")):
+        varied = automaton.varied
+        if varied is not None:
+            varied = replace(varied, field=_fixed(varied.field, sticker, stick))
+        series.append(kept_series(_fixed(automaton.field, sticker, stick), order, name, varied))
+    return series
 
 
 def _fixed(field: ca.Function, entry: int, number: float) -> ca.Function:

@@ -60,10 +60,10 @@ def _is_linear(op: int, degrees: tuple[int, ...]) -> bool:
     return op in _LINEAR or (op in _PRODUCT and 0 in degrees)
 
 
-def length(nodes: Sequence[Node], order: int) -> int:
-    """Return the approximate number of instructions of a written-out series."""
+def length(nodes: Sequence[Node], order: int, among: Iterable[int] | None = None) -> int:
+    """Return the approximate number of instructions of a written-out series of the nodes, or of some of them."""
     degrees, total = _degrees(nodes, order), 0
-    for node in nodes:
+    for node in nodes if among is None else (nodes[i] for i in among):
         given = tuple(degrees[a] for a in node.args)
         if not any(given) or _is_line(node.op, given):
             continue

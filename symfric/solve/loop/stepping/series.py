@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import casadi as ca
 
+from symfric.codegen.columns import WithColumns
 from symfric.codegen.llvm_ir import Written
 from symfric.lower.linear_modes import Matrices
 
@@ -39,8 +40,8 @@ class Series:
     """
 
     prelude: ca.Function
-    series: ca.Function | Written | None
-    probe: ca.Function | Written | None
+    series: ca.Function | Written | WithColumns | None
+    probe: ca.Function | Written | WithColumns | None
     order: int
     unseen: ca.Function | None = None
     terms: ca.Function | None = None
