@@ -8,6 +8,8 @@ import os
 import sys
 from pathlib import Path
 
+from docs import kernel
+
 FOLDER = Path(__file__).parent
 
 
@@ -30,7 +32,8 @@ def main() -> int:
     doctrees = str(arguments.out.parent / "doctrees")
     fresh = ["-E", "-a"] if arguments.fresh else []
     options = ["-W", "--keep-going", "-q", "-b", "html", "-d", doctrees, *fresh]
-    status = sphinx([*options, str(FOLDER), str(arguments.out)])
+    with kernel.offered():
+        status = sphinx([*options, str(FOLDER), str(arguments.out)])
     if status == 0:
         print(arguments.out / "index.html")
     return status

@@ -35,6 +35,15 @@ FOUND = {  # what people type: a page that the search has to find
     "animation": "howto/notebooks",
     "amplitude after transient": "howto/outputs",
     "earthquake": "tutorials/isolator",
+    "two directions": "explanation/plane",
+    "how do I switch a force": "reference/other_words",
+    "how do I save": "reference/other_words",
+    "step in time": "howto/steps_in_time",
+    "held": "howto/held",
+    "ellipse": "explanation/plane",
+    "lift off": "howto/contacts_that_open",
+    "dead time": "howto/held",
+    "bolted joint": "howto/memory",
     "parallel": "tutorials/sweeps",
 }
 

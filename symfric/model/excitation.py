@@ -227,7 +227,10 @@ def _rates(e: sp.Expr, moving: set[sp.Symbol], whole: sp.Expr) -> Iterator[sp.Ex
     if TIME not in e.free_symbols:
         return
     if e == TIME:
-        raise SceneError(f"time appears outside sines and cosines in {whole}: the excitation has no period")
+        raise SceneError(
+            f"time appears outside sines and cosines in {whole}: the excitation has no period; of a drive that moves "
+            "steadily, take the deflection from it as the coordinate, so that its speed stands where time was"
+        )
     parts: Iterable[sp.Expr] = e.args
     if isinstance(e, Relational) and (e.lhs - e.rhs).is_Mul:
         e = _sum_of_waves(e.lhs - e.rhs)

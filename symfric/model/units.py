@@ -1,6 +1,7 @@
 """Units of a scene: every listed unit is read, the equations are checked with them, and others follow."""
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import partial
@@ -107,6 +108,8 @@ class Units(Mapping[str, str]):
         return in_base_units(dimension)
 
 
+_FACTOR = re.compile(r"(?<![\w.*])\d+(\.\d+)?(e[+-]?\d+)?\*(?!\*)")  # a number that multiplies
+
 NO_UNITS = Units({}, Dimensions({}))
 
 
@@ -198,7 +201,10 @@ def _said(place: str, error: Mismatch, units: Units) -> str:
 
     if error.other[0] == "a plain number":
         return f"{place}: {shown(error.one)} and must be a plain number; mend the units or the expression"
-    return f"{place}: {shown(error.one)} and {shown(error.other)}; mend the units or the expression"
+    cure = "mend the units or the expression"
+    if any(_FACTOR.search(term[0]) for term in (error.one, error.other)):
+        cure += "; a number that multiplies has no unit, so write a stiffness or a mass as a symbol with a value"
+    return f"{place}: {shown(error.one)} and {shown(error.other)}; {cure}"
 
 
 def _equations(

@@ -20,6 +20,7 @@ _NAMED = re.compile(rf"NPTS\s*=\s*(\d+)\s*[,;]?\s*DT\s*=\s*({_REAL}|[-+]?(?:nan|
 _NUMBERS_FIRST = re.compile(rf"^\s*(\d+)\s+({_REAL})\s*,?\s*NPTS\s*,?\s*DT\b", re.IGNORECASE)
 _UNIT = re.compile(r"\bunits?\s*(?:of|are|is|:|=)?\s*\(?\s*([a-z][\w/*^²().-]*)", re.IGNORECASE)
 _BESIDE = re.compile(r"\baccel[a-z]*\.?\s*(?:,|:|in|\(|\[)\s*\(?\s*([a-z][\w/*^²().-]*)", re.IGNORECASE)
+_FIELDS = re.compile(r"[\s,;]+")
 _QUANTITY = re.compile(r"\b(velocity|displacement)\b", re.IGNORECASE)
 _IN_BRACKETS = re.compile(r"[(\[]\s*(c?m|mm|in)\s*/\s*s(?:ec)?\s*[)\]]", re.IGNORECASE)
 
@@ -193,8 +194,10 @@ def _at2_unit(name: str, header: list[str], given: str | None) -> str:
     return given
 
 
-def read_text(path: str | Path, *, dt: float | None = None, unit: str | None = None) -> Motion:
-    r"""Read a record of one column (acceleration) or two (time and acceleration).
+def read_text(
+    path: str | Path, *, dt: float | None = None, unit: str | None = None, column: int | str | None = None
+) -> Motion:
+    r"""Read a record of one column (acceleration) or two (time and acceleration), or one column of several.
 
     Parameters
     ----------
@@ -205,6 +208,9 @@ def read_text(path: str | Path, *, dt: float | None = None, unit: str | None = N
         Step in s, needed with one column; with two it must agree with the times.
     unit : str
         Unit of the acceleration: 'g', 'm/s^2', 'cm/s^2', 'gal' or 'mm/s^2'.
+    column : int or str, optional
+        Which column is the acceleration, counted from 1, or its name in the first line, for a file with more than two,
+        such as one with the components of a motion. The first column has the times then, unless `dt` is given.
 
     Returns
     -------
@@ -224,12 +230,20 @@ def read_text(path: str | Path, *, dt: float | None = None, unit: str | None = N
     >>> _ = Path("record.txt").write_text("0.0\n0.1\n-0.2\n0.0\n")
     >>> round(sf.motions.read_text("record.txt", dt=0.01, unit="g").pga_g, 6)
     0.2
+
+    Two components in one file, as a spreadsheet saves it:
+
+    >>> _ = Path("two.csv").write_text("t,east,north\n0,0,0\n0.01,0.1,0.3\n0.02,-0.2,0\n")
+    >>> [round(sf.motions.read_text("two.csv", unit="g", column=c).pga_g, 6) for c in ("east", "north")]
+    [0.2, 0.3]
     """
     name, rows = read_lines(path)
     if unit is None:
         raise SceneError(f"{name}: no unit; a column of numbers does not tell: give unit={KNOWN}")
     factor_of(unit, f"{name}: unit")
-    table, numbers = _columns(name, rows)
+    table, numbers = _columns(name, rows, column is not None)
+    if column is not None:
+        table = table[:, [*([] if dt is not None else [0]), _column_of(name, rows, column, table.shape[1], dt)]]
     if table.shape[0] < 2:
         raise SceneError(f"{name}: has {table.shape[0]} rows of numbers; a record has at least two samples")
     if table.shape[1] == 1:
@@ -245,8 +259,26 @@ def read_text(path: str | Path, *, dt: float | None = None, unit: str | None = N
     return Motion(table[:, 1], step, unit, Path(path).stem)
 
 
-def _columns(name: str, rows: list[str]) -> tuple[np.ndarray, list[int]]:
-    """Return the table of numbers, shape (n, 1 or 2), and the line of each of its rows."""
+def _column_of(name: str, rows: list[str], column: int | str, count: int, dt: float | None) -> int:
+    """Return the place of the acceleration among the columns, from 0."""
+    heads = [[f for f in _FIELDS.split(row.strip(" \t#%!")) if f] for row in rows[:HEADER_LINES]]
+    names = next((head for head in heads if len(head) == count and _is_head(head)), [])
+    if isinstance(column, str):
+        if column not in names:
+            known = f"known: {', '.join(names)}" if names else "its first line has no names: count from 1, column=2"
+            raise SceneError(f"{name}: no column {column!r}; {known}")
+        place = names.index(column)
+    else:
+        place = int(finite(column, "column")) - 1
+        if place != column - 1 or not 0 <= place < count:
+            raise SceneError(f"{name}: column is {column}; it has {count}, counted from 1")
+    if place == 0 and dt is None:
+        raise SceneError(f"{name}: column {column} is the first, which has the times; give another, or dt=, the step")
+    return place
+
+
+def _columns(name: str, rows: list[str], several: bool) -> tuple[np.ndarray, list[int]]:
+    """Return the table of numbers, shape (n, 1 or 2) or of several columns, and the line of each of its rows."""
     numbers: list[int] = []
     table: list[np.ndarray] = []
     words_allowed = True
@@ -254,7 +286,7 @@ def _columns(name: str, rows: list[str]) -> tuple[np.ndarray, list[int]]:
         text = row.strip()
         if not text:
             continue
-        fields = [f for f in re.split(r"[\s,;]+", text) if f]
+        fields = [f for f in _FIELDS.split(text) if f]
         remark = text[0] in "#%!"
         if remark or (words_allowed and _is_head(fields)):
             _refuse_other_quantity(name, number, text)
@@ -262,8 +294,11 @@ def _columns(name: str, rows: list[str]) -> tuple[np.ndarray, list[int]]:
             continue
         words_allowed = False
         values, _ = parse_numbers(name, [" ".join(fields)], 0, first=number)
-        if len(values) > 2:
-            raise SceneError(f"{name}, line {number}: {len(values)} columns; keep the acceleration, or time and it")
+        if len(values) > 2 and not several:
+            raise SceneError(
+                f"{name}, line {number}: {len(values)} columns; say which is the acceleration: column=2, counted "
+                "from 1, or its name in the first line"
+            )
         if table and len(values) != len(table[0]):
             raise SceneError(
                 f"{name}, line {number}: {len(values)} columns, and {len(table[0])} before; mend the line"

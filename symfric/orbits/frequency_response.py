@@ -199,7 +199,7 @@ def highest(
             known.pop(near.value, None)
         known[value] = orbit
         if orbit.half_range[k] > best.half_range:
-            best = Peak(value, float(orbit.half_range[k]), orbit)
+            best = Peak(float(value), float(orbit.half_range[k]), orbit)
         return -float(orbit.half_range[k])
 
     minimum(size, *span, xatol=close * max(abs(span[0]), abs(span[1])))

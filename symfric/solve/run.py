@@ -213,7 +213,9 @@ class Run(ArrayResult):
     def path(self) -> Path:
         """The trajectory as piecewise polynomials; raises `SceneError` if it was not stored."""
         if self.raw.path is None:
-            raise SceneError("no motion was kept; want it with outputs={'path': sf.Trajectory()}")
+            raise SceneError(
+                "no motion was kept; add 'path': sf.Trajectory() to the outputs, with scene.wanting({...})"
+            )
         return self.raw.path
 
     @cached_property

@@ -225,6 +225,21 @@ def test_two_columns(between, tmp_path):
     np.testing.assert_allclose(motion.samples, [0.01 * (-1) ** k * k for k in range(9)], rtol=1e-15)
 
 
+@pytest.mark.parametrize("between", [" ", "\t", ",", ";"])
+@pytest.mark.parametrize("head", ["", "t{0}east{0}north\n", "# t{0}east{0}north\n", "A quake\n%t{0}east{0}north\n"])
+def test_one_column_of_several(head, between, tmp_path):
+    rows = "".join(f"{0.01 * k:.2f}{between}{k % 5}{between}{-k % 7}\n" for k in range(30))
+    path = write(tmp_path, head.format(between) + rows, "a.csv")
+    both = np.array([[k % 5, -k % 7] for k in range(30)]).T
+    for place, name in enumerate(("east", "north")):
+        for column in (place + 2, name) if head else (place + 2,):
+            motion = sf.motions.read_text(path, unit="m/s^2", column=column)
+            assert motion.dt == pytest.approx(0.01)
+            np.testing.assert_array_equal(motion.samples, both[place])
+    first = sf.motions.read_text(path, unit="m/s^2", column=1, dt=0.5)  # no times are looked for
+    assert (first.dt, first.samples[-1]) == (0.5, 0.29)
+
+
 def test_rounded_times_take_the_given_step(tmp_path):
     rows = "\n".join(f"{k / 409.6:.4f} {k}" for k in range(50))
     path = write(tmp_path, rows)
@@ -245,7 +260,13 @@ def test_rounded_times_take_the_given_step(tmp_path):
         ("# v [cm/s]\n1\n2\n", {"dt": 0.1, "unit": "g"}, "line 1: says"),
         ("0 1\n.1 2\n.3 3\n.4 1\n", {"unit": "g"}, "line 3: the time steps from 0.1 to 0.2"),
         ("0 1\n.1 2\n.05 3\n", {"unit": "g"}, "line 3: the time does not increase"),
-        ("0 1 2\n.1 2 3\n", {"unit": "g"}, "line 1: 3 columns"),
+        ("0 1 2\n.1 2 3\n", {"unit": "g"}, "line 1: 3 columns; .*column=2"),
+        ("0 1 2\n.1 2 3\n", {"unit": "g", "column": 4}, "column is 4; it has 3"),
+        ("0 1 2\n.1 2 3\n", {"unit": "g", "column": 1.5}, "column is 1.5; it has 3"),
+        ("0 1 2\n.1 2 3\n", {"unit": "g", "column": 1}, "the first, which has the times"),
+        ("0 1 2\n.1 2 3\n", {"unit": "g", "column": "x"}, "no column 'x'; its first line has no names"),
+        ("t,x,y\n0 1 2\n.1 2 3\n", {"unit": "g", "column": "z"}, "no column 'z'; known: t, x, y"),
+        ("t,x,y\n0 1 2\n.1 2\n", {"unit": "g", "column": "x"}, "line 3: 2 columns, and 3 before"),
         ("0 1\n.1 2\n.2\n", {"unit": "g"}, "line 3: 1 columns, and 2 before; .* truncated"),
         ("0 1\n.1 nan\n", {"unit": "g"}, "line 2: holds 'nan'"),
         ("nan\n1\n", {"unit": "g", "dt": 1}, "line 1: holds 'nan'"),

@@ -49,6 +49,14 @@ def test_law_is_the_formula_of_its_source(name):
     assert not law.smooth
 
 
+def test_a_law_is_shown_on_one_short_line():
+    assert repr(L.coulomb(0.4, 0.3)) == "Law(kinetic=0.3, stick=0.4, source='handbook (19.104)')"
+    assert "breaks=(0.2, 0.5)" in repr(L.piecewise_linear(0.4, [0, 0.2, 0.5], [0.35, 0.25, 0.3], last_slope=0))
+    for law in (L.iwan(1.0, 0.0, 0.01, elements=40), L.maxwell_slip([10.0] * 30, [0.01] * 30)):
+        assert "states=" in repr(law)
+        assert len(repr(law)) < 160
+
+
 @pytest.mark.parametrize("name", LAWS)
 def test_evaluation_is_odd_and_zero_at_rest(name):
     law, _, _ = LAWS[name]

@@ -74,6 +74,7 @@ def test_a_scene_without_units_has_none():
         ({"units": {**UNITS, "kk": "N/m"}}, "units.kk: no such state or value; did you mean k"),
         ({"units": {**UNITS, k: 3}}, "units.k is '3'; give the unit as a text"),
         ({"units": {**UNITS, "k": "Nn/m"}}, "units.k: 'Nn/m' is not a unit"),
+        ({"force": -k * x - c * u - 60 * u}, "60.*u is in .*; a number that multiplies has no unit"),
         ({"outputs": {"odd": sf.Max(x + u)}}, "outputs.odd: u is in m/s and x is in m"),
         ({"force": -k * x - c * x}, None),
         ({"initial": {x: W / k, u: W / k}}, "initial.u: the start W/k is in m and u is in m/s"),

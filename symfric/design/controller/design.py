@@ -265,7 +265,10 @@ def _parts(scene: Scene, shares: Sequence[float]) -> list[dict[str, float]]:
     numbers, n = scene.numbers(), 2 * len(scene.system.q)
     own = {s.name: numbers[s] for s in scene.system.states[:n]}
     if not any(own.values()):
-        raise SceneError("the scene starts at rest at zero; give starts={'x': [0.1, 1.0]}, from which motions begin")
+        raise SceneError(
+            "the scene starts at rest at zero; give starts={'x': [0.1, 1.0]}, from which motions begin, "
+            "or starts={'x': [0.0]} where a reference moves it"
+        )
     return [{name: share * v for name, v in own.items()} for share in shares]
 
 

@@ -1,5 +1,6 @@
 """Dry friction laws without memory: the coefficient of friction depends on the sliding speed alone."""
 
+import itertools
 from collections.abc import Sequence
 
 import sympy as sp
@@ -282,7 +283,7 @@ def piecewise_linear(
     Raises
     ------
     SceneError
-        If there is not one value for each speed, or the first speed is not 0.
+        If there is not one value for each speed, the first speed is not 0, or the speeds do not increase.
 
     Examples
     --------
@@ -296,6 +297,9 @@ def piecewise_linear(
         raise SceneError(f"{len(speeds)} speeds and {len(values)} values; give one value for each speed")
     if not speeds or not sp.sympify(speeds[0]).is_zero:
         raise SceneError("the first speed of a piecewise-linear law must be 0")
+    for low, high in itertools.pairwise(speeds):
+        if sp.sympify(high - low).is_nonpositive:
+            raise SceneError(f"the speeds of a piecewise-linear law must increase; {high} follows {low}")
     slopes = [(values[i + 1] - values[i]) / (speeds[i + 1] - speeds[i]) for i in range(len(speeds) - 1)]
     if last_slope is None and not slopes:
         raise SceneError("a piecewise-linear law with one speed needs last_slope")

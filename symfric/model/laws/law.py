@@ -26,6 +26,11 @@ SHAPES = tuple(_REGULARISATIONS)
 Shape: TypeAlias = Literal["linear", "arctan", "tanh"]
 
 
+def _short(e: sp.Expr) -> str:
+    """Return an expression as text; a number has ten digits at most."""
+    return f"{float(e):.10g}" if e.is_Float else str(e)
+
+
 def refuse_memory(law: "Law", what: str) -> None:
     """Raise if a law has memory, for calculations that take the coefficient as a function of the speed alone."""
     if law.memory is not None:
@@ -93,6 +98,13 @@ class Law:
         for low, high in itertools.pairwise(speeds):
             if (high - low).is_number and high - low <= 0:
                 raise SceneError(f"the breaks of a law must increase and be positive; {high} follows {low}")
+
+    def __repr__(self) -> str:
+        """Return the law without its memory, of which only the number of states is told."""
+        said = [f"kinetic={_short(self.kinetic)}", f"stick={_short(self.stick)}"]
+        said += [f"breaks=({', '.join(map(_short, self.breaks))})"] if self.breaks else []
+        said += [f"states={len(self.memory.rates)}"] if self.memory is not None else []
+        return f"Law({', '.join([*said, f'source={self.source!r}'])})"
 
     @property
     def free_symbols(self) -> set[sp.Symbol]:

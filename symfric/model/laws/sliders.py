@@ -25,7 +25,8 @@ def maxwell_slip(stiffness: Sequence[Parameter], limits: Sequence[Parameter], b:
     Parameters
     ----------
     stiffness : sequence of float or Expr, length n
-        Slope of the coefficient over displacement of every element, > 0, 1/length.
+        Slope of the coefficient over displacement of every element, > 0, 1/length; the normal load times it is a
+        stiffness. A spring that does not depend on the load is the ``stiffness`` of a `Contact` with a dry law.
     limits : sequence of float or Expr, length n
         Coefficient at which its slider moves, > 0, dimensionless.
     b : float or Expr
