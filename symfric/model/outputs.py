@@ -757,6 +757,12 @@ def normal_force(contact: str) -> sp.Symbol:
     -------
     Symbol
 
+    Notes
+    -----
+    That of a contact that opens is the force between impacts. Over the last bounces of a body that comes to rest, which
+    are lower than the tolerance, it is that of the closed contact: an integral of it is right to the root of the
+    tolerance only.
+
     Examples
     --------
     >>> import sympy as sp

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import symfric as sf
+from symfric.motions.fortran_numbers import parse_numbers
 
 FOLDER = next(
     (p / "shared" / "ground_motions" for p in Path(__file__).resolve().parents if (p / "shared").is_dir()), None
@@ -374,3 +375,14 @@ def test_words_of_any_file_are_not_repeated(seed, tmp_path):
         lambda: sf.motions.read_text(path, unit="g", dt=0.1),
     ):
         assert SECRET[:6] not in refusal(read)
+
+
+@pytest.mark.parametrize("lines", [1, 2, 5])
+@pytest.mark.parametrize("blank", [0, 1, 2])
+@pytest.mark.parametrize("skip", [0, 3])
+@pytest.mark.parametrize("between", [" ", ""], ids=["apart", "touching"])
+def test_the_last_line_with_numbers_is_named(lines, blank, skip, between):
+    rows = ["head"] * skip + [f"1.5E+00{between}-2.5E+00"] * lines + ["", "  "][:blank]
+    values, last = parse_numbers("record", rows, skip, first=7)
+    assert values.tolist() == [1.5, -2.5] * lines
+    assert last == 7 + skip + lines - 1
