@@ -4,7 +4,9 @@ A jump at an instant is harmless where one at a place or a speed is not: whether
 the motion. So every function that jumps with time is written in one form, and a condition on the phase ``Mod(t, T)`` as
 one on sines, which has a root wherever the phase passes the bound:
 
-    Mod(s, T) < d   <=>   sin(pi s/T) sin(pi (d - s)/T) > 0   for 0 < d < T.
+    Mod(s, T) < d   <=>   sin(pi s/T) sin(pi (d - s)/T) > 0   for 0 <= d <= T.
+
+The two sines are held as signs of their own, see `symfric.model.alternations`.
 """
 
 import numpy as np
@@ -20,7 +22,6 @@ from symfric.model.tree import parts_of
 STEPPED = (sp.Heaviside, sp.sign)
 STAIRS = (sp.floor, sp.ceiling, sp.frac, sp.Mod)
 _SEED = 19
-_NEAR = sp.Float(1e-12)  # share of a period from whose ends on a phase is always, or never, below a bound
 _ORDERS = (sp.StrictLessThan, sp.LessThan, sp.StrictGreaterThan, sp.GreaterThan)
 
 
@@ -74,9 +75,8 @@ def _on_phase(condition: Relational, what: str) -> Relational:
     (s, period), bound = phase.args, bound / lhs
     if TIME in (bound.free_symbols | period.free_symbols | s.diff(TIME).free_symbols):
         raise SceneError(cure)
-    share = bound / period
-    wave = sp.sin(sp.pi * s / period) * sp.sin(sp.pi * (sp.Max(0, sp.Min(bound, period)) - s) / period)
-    wave += sp.Max(0, share - 1 + _NEAR) - sp.Max(0, _NEAR - share)  # a zero of even order would be lost in rounding
+    width = bound if bound.is_number and period.is_number and 0 <= bound <= period else sp.Max(0, sp.Min(bound, period))
+    wave = sp.sin(sp.pi * s / period) * sp.sin(sp.pi * (width - s) / period)
     return wave > 0 if below else wave < 0
 
 
