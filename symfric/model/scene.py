@@ -204,12 +204,9 @@ class Scene:
             found.setdefault(symbol.name, symbol)
         rows = {s.name: s for s in self.system.rows}
         allowed = self._state_names() | rows | {name: found.get(name, sp.Symbol(name)) for name in signals}
-        clash = next((name for name in given if name in self._state_names()), None)
-        if clash:
-            raise SceneError(f"{clash} is a state; its start belongs in Scene.initial, not in Scene.values")
-        clash = next((name for name in signals if name in self._state_names()), None)
-        if clash:
-            raise SceneError(f"{clash} is a state or a held variable, and an input; rename one of them")
+        if clash := next((name for name in (*given, *signals) if name in self._state_names()), None):
+            cure = "its start belongs in Scene.initial, not in Scene.values" if clash in given else "rename the input"
+            raise SceneError(f"{clash} is a state; {cure}")
         reserved = self._contact_symbols() | {TIME.name: TIME}
         check_symbols(symbols, allowed | reserved, set(given))
         parameters = set(found) - set(allowed) - set(reserved)

@@ -305,6 +305,7 @@ def test_what_is_refused():
     refused("no value for c", held=[a])
     refused("depend on each other", held=[sf.Held("a", b, 0.1), sf.Held("b", a.symbol, 0.1)])
     refused("two held variables are called 'a'", held=[sf.Held("a", x, 0.1), sf.Held("a", u, 0.2)])
+    refused("a is a state; rename the input", held=[a], inputs={c: sf.Signal([0, 1], 1.0), "a": sf.Signal([0, 1], 1.0)})
     refused("which is no state", resets=[sf.Reset(at=[1.0], set={c: 0})])
     refused("held has no such variable", held=[sf.Held("a", sp.Symbol("d.previous", real=True), 0.1)])
     with pytest.raises(sf.SceneError, match="must exceed 0"):
