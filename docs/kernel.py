@@ -81,8 +81,10 @@ def _serve(door: socket.socket) -> None:
 
 def _load() -> None:
     """Import what pages need; run a scene once, which loads the event loop."""
-    os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"  # as Jupyter's kernels set it
     os.environ["JPY_PARENT_PID"] = "1"  # no parent to be watched: it is not the process that Jupyter started
+    import matplotlib
+
+    matplotlib.rcParams["backend"] = "module://matplotlib_inline.backend_inline"  # as Jupyter's kernels set it
     for module in ("ipykernel.ipkernel", "ipykernel.kernelapp", "matplotlib.pyplot", "xarray"):
         importlib.import_module(module)
     import symfric as sf

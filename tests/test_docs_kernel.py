@@ -9,6 +9,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 PROGRAM = """
 import os, sys
+import matplotlib.pyplot
 from docs import kernel
 from nbclient import NotebookClient
 from nbformat.v4 import new_code_cell, new_notebook
@@ -18,14 +19,16 @@ SPEC = {"name": "python3", "display_name": "python3"}
 def printed(*cells):
     book = new_notebook(cells=[new_code_cell(c) for c in cells], metadata={"kernelspec": SPEC})
     NotebookClient(book, timeout=100).execute()
-    return "".join(o.get("text", "") or o["data"]["text/plain"] for c in book.cells for o in c.outputs)
+    outputs = [o for c in book.cells for o in c.outputs]
+    return "".join("picture" if "image/png" in o.get("data", {}) else o.get("text") or o["data"]["text/plain"] for o in outputs)
 
 own = "import os, sys; print(os.getppid(), 'symfric' in sys.modules, 'symfric.orbits' in sys.modules); sys.x = 1"
 with kernel.offered():
     first, second = printed(own), printed(own, "hasattr(sys, 'x'), os.environ['WORD'], os.getcwd()")
+    drawn = printed("import matplotlib.pyplot as plt", "_ = plt.plot([1, 2])")
     parent = int(first.split()[0])
 print(first == second.splitlines()[0] + "\\n", "True True" in first, parent != os.getpid())
-print(second.splitlines()[1])
+print(second.splitlines()[1], drawn)
 print(printed(own).split()[1:])
 try:
     os.kill(parent, 0)
@@ -41,5 +44,5 @@ def test_kernels_are_forked_and_know_nothing_of_each_other(tmp_path, monkeypatch
     monkeypatch.setenv("WORD", "said")
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, cwd=tmp_path)
-    expected = ["True True True", f"(True, 'said', '{tmp_path}')", "['False', 'False']", "none is left"]
+    expected = ["True True True", f"(True, 'said', '{tmp_path}') picture", "['False', 'False']", "none is left"]
     assert done.stdout.splitlines() == expected, done.stderr

@@ -5,13 +5,14 @@ A Sphinx extension. Pages are written before Sphinx looks for its sources; they 
 
 from pathlib import Path
 
-from docs.pages import commands, figures, gallery, keys, landing, ledger, mathml, messages, names, numbers
+from docs.pages import commands, drawn, figures, gallery, keys, landing, ledger, mathml, messages, names, numbers
 
 
 def setup(app):
     """Register the makers of pages, and formulas as MathML."""
     mathml.setup(app)
     numbers.setup(app)
+    drawn.setup(app)
     app.connect("builder-inited", _make)
     app.connect("autodoc-process-docstring", names.explain_data)
     app.connect("autodoc-process-docstring", names.escape_bars)

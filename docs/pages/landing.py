@@ -26,7 +26,8 @@ def _made(film: Path, still: Path) -> dict[str, float]:
     from PIL import Image
 
     orbit = limit_cycle(scenes.mass_on_belt(v_b=0.2))
-    orbit.animate(film, periods=2.0, seconds=_SECONDS, frames_per_second=_FRAMES)
+    with matplotlib.rc_context({"font.size": 15, "lines.linewidth": 2.5}):  # it is shown at less than half of its size
+        orbit.animate(film, periods=2.0, seconds=_SECONDS, frames_per_second=_FRAMES)
     plt.close("all")
     with Image.open(film) as image:
         image.seek(image.n_frames - 1)

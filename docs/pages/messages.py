@@ -1,12 +1,16 @@
 """The messages: every status of a run and every exception, with its cure, as the package itself words them."""
 
 import inspect
+import re
 from pathlib import Path
 
 from docs.files import put
 from symfric import errors
 from symfric.solve.status import ADVICE, Status, early_end
 
+_TYPED = re.compile(
+    r"(?<![\w`])(?:route=(?:sf\.\w+\([^)]*\)|'\w+')|max_\w+|run\.\w+(?:\[[^]]*\]|\(\))?|sf\.\w+(?:\.\w+)*)"
+)
 _SAID = {  # what people look for when they meet a status
     Status.OK: "finished, success, converged",
     Status.EVENT_BUDGET: "too many events, does not finish, takes for ever, chattering, Zeno",
@@ -43,8 +47,13 @@ def _status(status: Status) -> str:
         parts += [f"**Meaning**: {_sentence(meaning)}\n", f"**Cure**: {_sentence(cure or meaning)}\n"]
         parts += [f"Inside a function that makes its own runs: {_sentence(found)}\n"] if found != ADVICE[status] else []
     else:
-        parts += [f"{_sentence(' '.join((inspect.getdoc(Status) or '').split('OK : Status')[1].split()))}\n"]
+        parts += [f"{_sentence(' '.join(_of_ok().split()))}\n"]
     return "\n".join([*parts, f"Also looked for as: {said}.\n"])
+
+
+def _of_ok() -> str:
+    """Return what the docstring says of a run that went well."""
+    return (inspect.getdoc(Status) or "").split("OK : Status")[1].partition("\n\n")[0]
 
 
 def _exceptions() -> list[type[Exception]]:
@@ -58,4 +67,6 @@ def _error(error: type[Exception]) -> str:
 
 
 def _sentence(text: str) -> str:
-    return text[:1].upper() + text[1:].rstrip(".") + "."
+    """Return a text as a sentence, with what one types in the letters of code."""
+    typed = _TYPED.sub(lambda found: f"`{found[0]}`", text[:1].upper() + text[1:].rstrip("."))
+    return typed + "."
