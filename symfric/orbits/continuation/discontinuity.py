@@ -152,8 +152,8 @@ def corner_ahead(
 def break_ahead(system: ShootingSystem, point: Point, way: np.ndarray, step: float) -> Corner | None:
     """Return the last orbit as a corner at which the motion jumps, if just ahead of it a contact has other events.
 
-    So ends a branch where a slip is zero at an instant at which its rate jumps, as at a step of a force or a sample of a
-    held variable: there no guard has a least value inside a step.
+    So ends a branch where a slip is zero at an instant at which its rate jumps, as at a step of a force or a sample of
+    a held variable: there no guard has a least value inside a step.
 
     Parameters
     ----------
