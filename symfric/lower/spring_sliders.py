@@ -11,6 +11,7 @@ At each event the slider is at its limit, k z = +-L, which the transition sets e
 a slider comes to rest starts at zero.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
@@ -129,16 +130,17 @@ def transition_of(
     """Return what the events of contacts behind springs do; see `symfric.lower.automaton.Automaton.transition`."""
     if not springs:
         return None
-    n = sum(spring.layout.guards for spring in springs)
-    hit, zero = ca.SX.sym("hit", n), ca.SX.sym("zero", n)
-    after = [ca.SX(y), ca.SX(mode), ca.SX(zero)]
-    guard, variable = 0, mode.numel() - sum(spring.layout.variables for spring in springs)
-    for spring in springs:
-        own = slice(guard, guard + spring.layout.guards)
-        z, after[1][variable : variable + spring.layout.variables], after[2][own] = spring.after(hit[own], zero[own])
+    guards = [0, *itertools.accumulate(spring.layout.guards for spring in springs)]
+    first = mode.numel() - sum(spring.layout.variables for spring in springs)
+    hit, zero, y_after = ca.SX.sym("hit", guards[-1]), ca.SX.sym("zero", guards[-1]), ca.SX(y)
+    variables, zeros = [ca.vertsplit(mode, [0, first, mode.numel()])[0]], []
+    for spring, its_hit, its_zero in zip(springs, ca.vertsplit(hit, guards), ca.vertsplit(zero, guards), strict=True):
+        z, variable, begins = spring.after(its_hit, its_zero)
+        variables.append(variable)
+        zeros.append(begins)
         for place, value in z:
-            after[0][place] = value
-        guard, variable = own.stop, variable + spring.layout.variables
+            y_after[place] = value
+    after = [y_after, ca.vertcat(*variables), ca.vertcat(*zeros)]
     arguments, names = [y, t, p, mode, hit, zero], ["y", "t", "p", "m", "hit", "zero"]
     return ca.Function(
         "transition", arguments, [ca.densify(e) for e in after], names, ["y_after", "m_after", "zero_after"]

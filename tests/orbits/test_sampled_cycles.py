@@ -142,3 +142,26 @@ def test_hunting_of_a_sampled_pid_has_no_cycle_and_nears_that_of_a_continuous_on
     off = np.abs(off)
     assert np.all(off[-1] < 0.02)
     assert np.all(off[1:] < 0.7 * off[:-1])
+
+
+def test_a_stick_that_begins_at_a_sample_ends_a_branch_with_a_jump():
+    """The velocity is largest at a sample, where the acceleration jumps; without a drop of friction the branch goes on."""
+    amplitude, omega = sp.symbols("a omega", positive=True)
+    command = sf.Held("command", update=-0.3 * u, every=sp.pi / (2 * omega))
+    values = {}
+    for law in (sf.laws.coulomb(0.1), sf.laws.coulomb(0.2, 0.1)):
+        scene = sf.Scene(
+            sf.System([x], [u], [[1]], [-x - 0.1 * u + amplitude * sp.sin(omega * sf.TIME) + command.symbol]),
+            [sf.Contact("belt", slip=u - 0.5, normal=1, law=law)],
+            {amplitude: 0.14, omega: 1.1},
+            {x: 0.2, u: 0},
+            100.0,
+            held=[command],
+        )
+        branch = sf.continue_cycle(scene, "a", (0.13, 0.15), start=sf.limit_cycle(scene))
+        assert branch.ends == ("span", "span")
+        (onset,) = branch.special
+        assert onset.kind == "stick-onset"
+        assert onset.jump == (law.stick != law.at_rest)
+        values[onset.jump] = onset.value
+    assert values[True] == pytest.approx(values[False], abs=1e-8)

@@ -23,6 +23,7 @@ from symfric.orbits.continuation.bifurcations import (
 from symfric.orbits.passages import Passage
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 
+_BISECTIONS = 20  # halvings of the last distance
 _BEYOND = (1e-5, 1e-4, 1e-3, 1e-6)  # distances from a corner, relative to the span, at which its other side is sought
 _CLOSE = 0.3  # largest distance of a corner on this step, relative to the ranges, the period and the span
 _HALT = 1e-3  # the same where a walk stopped just before the end of a branch
@@ -146,6 +147,58 @@ def corner_ahead(
     ends += [corner for corner in (_landing(system, point), *_grazes(system, point)) if corner and near(corner, _CLOSE)]
     inside = [corner for corner in ends if span[0] <= corner.value <= span[1]]
     return min(inside, key=lambda corner: np.max(np.abs(corner.edge - point.z) / size), default=None)
+
+
+def break_ahead(system: ShootingSystem, point: Point, way: np.ndarray, step: float) -> Corner | None:
+    """Return the last orbit as a corner at which the motion jumps, if just ahead of it a contact has other events.
+
+    So ends a branch where a slip is zero at an instant at which its rate jumps, as at a step of a force or a sample of
+    a held variable: there no guard has a least value inside a step.
+
+    Parameters
+    ----------
+    system : ShootingSystem
+    point : Point
+        The last orbit.
+    way : ndarray, shape (n_z,)
+        Direction of the walk.
+    step : float
+        Its last step, which found no orbit.
+    """
+    values = system.unpack(point.z)[2]
+    for distance in (step, 10 * step, 100 * step):
+        ahead = _followed(system, point.z + distance * way)
+        if ahead is None or signature(ahead) == signature(point.passage):
+            continue
+        contact = _contact_that_differs(point.passage, ahead)
+        if not system.flow.peaked(contact, values):
+            return None
+        return Corner(Condition(kind_of(point.passage, ahead)), system, _last(system, point, way, distance), jump=True)
+    return None
+
+
+def _followed(system: ShootingSystem, z: np.ndarray) -> Passage | None:
+    try:
+        return system.follow(z)
+    except NotFound:
+        return None
+
+
+def _last(system: ShootingSystem, point: Point, way: np.ndarray, beyond: float) -> Point:
+    """Return the last orbit with the events of a given one, between it and a distance at which they are others."""
+    mark, inside = signature(point.passage), 0.0
+    for _ in range(_BISECTIONS):
+        middle = 0.5 * (inside + beyond)
+        passage = _followed(system, point.z + middle * way)
+        if passage is not None and signature(passage) == mark:
+            inside = middle
+        else:
+            beyond = middle
+    try:
+        last = solve(system, point.z + inside * way, _parameter_alone(point))
+    except NotFound:
+        return point
+    return last if signature(last.passage) == mark else point
 
 
 def _edges(system: ShootingSystem, point: Point, contact: int) -> list[Corner]:

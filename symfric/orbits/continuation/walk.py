@@ -11,7 +11,7 @@ from symfric.model.scene import Scene
 from symfric.orbits.continuation import branch_points
 from symfric.orbits.continuation.arclength import CORRECTIONS, Behind, cosine, step_along, tangent, units
 from symfric.orbits.continuation.bifurcations import SMOOTH, Condition, between, is_pair, signature
-from symfric.orbits.continuation.discontinuity import Corner, corner_ahead, corner_between
+from symfric.orbits.continuation.discontinuity import Corner, break_ahead, corner_ahead, corner_between
 from symfric.orbits.continuation.grazing import grazing_ahead
 from symfric.orbits.continuation.hopf import vanishing_point
 from symfric.orbits.continuation.jump import settled_beyond
@@ -143,6 +143,7 @@ class Walk:
                 corner = corner_ahead(self._system, point, way, size, span)
                 if corner is None or not (corner.beyond or corner.jump):
                     corner = grazing_ahead(self._system, point, way, size, span) or corner
+                corner = corner or break_ahead(self._system, point, way, step)
                 if corner is None:
                     half.end = "lost"
                     return point, way, step

@@ -10,8 +10,8 @@ from symfric.lower.mode_layout import OPEN
 from symfric.lower.planes import STARTS
 from symfric.solve.loop.codes import IMPACT, TERMS
 from symfric.solve.loop.modes.layout import mode
-from symfric.solve.loop.modes.tolerances import instant
-from symfric.solve.loop.precision import ROUNDING
+from symfric.solve.loop.modes.tolerances import EARLIER, instant, sizes_of_velocities
+from symfric.solve.loop.precision import ROUNDING, TOUCH
 from symfric.solve.loop.recording.trajectory import store_event
 from symfric.solve.loop.stepping.calls import measure
 from symfric.solve.loop.workspace import LoopArrays
@@ -109,9 +109,16 @@ def rules(w: LoopArrays) -> int:
 
 @compiled
 def begin_impact(w: LoopArrays, starting: bool) -> bool:
-    """Determine which contacts touch, and whether one of them strikes."""
-    strikes, now = False, _TOGETHER * instant(w)
+    """Determine which contacts touch, and whether one of them strikes.
+
+    Where something may have jumped, a closed contact is left if the rate of its gap did; the error of the run is not
+    such a jump. A floor that turns round has no speed, so the error is relative to the speeds so far.
+    """
+    strikes, now, n_x = False, _TOGETHER * instant(w), w.y.size - 1
     ask_of_none(w)
+    if w.counts.jumped:
+        sizes_of_velocities(w, n_x)
+        ask_exactly(w, w.step.end)
     for k in range(w.openings.variable.size):
         gap, rate = told(w, GAP, k), told(w, RATE, k)
         closed = not starting and not is_open(w, k)
@@ -120,12 +127,20 @@ def begin_impact(w: LoopArrays, starting: bool) -> bool:
         w.impacts.struck[k] = 0
         w.impacts.asked[field_of(w, 2, k)] = 1.0
         if w.impacts.touches[k]:
-            still = abs(rate) <= ROUNDING * told(w, SPEED, k) or (closed and not w.counts.jumped)
+            still = abs(rate) <= ROUNDING * told(w, SPEED, k)
+            if closed and not still:
+                still = w.counts.jumped == 0 or abs(rate) <= TOUCH * w.clock.tolerance * _speed_so_far(w, k)
             w.impacts.asked[field_of(w, 3, k)] = still
             strikes = strikes or (not still and rate < 0.0)
         else:
             w.m[w.openings.variable[k]] = 1.0
     return strikes
+
+
+@compiled(inline=True)
+def _speed_so_far(w: LoopArrays, k: int) -> float:
+    """Return the size of the terms of the rate of gap k, now or with the largest velocities so far."""
+    return max(told(w, SPEED, k), EARLIER * told_exactly(w, SPEED, k))
 
 
 @compiled

@@ -21,6 +21,7 @@ from symfric.solve.loop.modes.layout import backward
 from symfric.solve.loop.modes.mode_pivots import pivot_modes
 from symfric.solve.loop.modes.mode_selection import change_switch, mark_fresh
 from symfric.solve.loop.modes.planes_that_open import begin_planes, forget_arrivals, has_arrived
+from symfric.solve.loop.modes.resting_edges import find_edges
 from symfric.solve.loop.modes.tolerances import doubted_acceleration, instant
 from symfric.solve.loop.modes.trial_modes import is_apart, try_modes
 from symfric.solve.loop.modes.zero_slips import try_sticking
@@ -28,7 +29,8 @@ from symfric.solve.loop.precision import ROUNDING
 from symfric.solve.loop.stepping.calls import measure
 from symfric.solve.loop.workspace import LoopArrays
 
-_ROUNDS = 8  # most repetitions because a kink was passed
+_ROUNDS = 8  # most repetitions because kinks were passed
+_MORE = 2  # and for each kink, because one is passed at a time
 
 
 @compiled
@@ -82,13 +84,16 @@ def _select_modes(w: LoopArrays, n_x: int, n_c: int) -> int:
     n_s = w.contacts.edge.size
     for i in range(w.selection.turns.size):
         w.selection.turns[i] = 0
-    for _ in range(_ROUNDS):
+    edges = w.limits.edges > 0
+    for attempt in range(_ROUNDS + _MORE * n_s):
         status = try_modes(w, n_x, n_c)
         if status == MANY_CONTACTS and not w.limits.planes:
             status = pivot_modes(w, n_x, n_c)
         if status != OK:
             return status
-        if n_s == 0 or not change_switch(w, n_x, n_c, n_s, w.limits.edges > 0):
+        if attempt == 0 and edges and find_edges(w, n_x, n_c, True):
+            continue
+        if n_s == 0 or not change_switch(w, n_x, n_c, n_s, edges):
             hold_exactly(w)
             mark_fresh(w, n_x, n_c, n_s)
             _mark_slips(w, n_x, n_c)

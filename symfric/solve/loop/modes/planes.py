@@ -23,6 +23,7 @@ from symfric.solve.loop.codes import COUPLING, OK, UNDECIDED
 from symfric.solve.loop.events.time_steps import step_over
 from symfric.solve.loop.modes.layout import backward, forward, turn
 from symfric.solve.loop.modes.mode_selection import change_switch, loads_hold, mark_fresh
+from symfric.solve.loop.modes.resting_edges import find_edges
 from symfric.solve.loop.modes.sticking_basis import share
 from symfric.solve.loop.modes.tolerances import doubt_of, little
 from symfric.solve.loop.modes.zero_slips import try_sticking
@@ -32,7 +33,8 @@ from symfric.solve.loop.workspace import LoopArrays
 
 _SWEEPS = 5000  # most repetitions over all contacts
 _ROOT = 60  # most Newton steps of one contact, each nearer from the same side
-_ROUNDS = 8  # most repetitions because a kink was passed
+_ROUNDS = 8  # most repetitions because kinks were passed
+_MORE = 2  # and for each kink, because one is passed at a time
 _RETURNS = 3  # how often a contact that started may be held again
 
 
@@ -51,11 +53,14 @@ def settle_planes(w: LoopArrays) -> int:
         return status
     for i in range(w.selection.turns.size):
         w.selection.turns[i] = 0
-    for _ in range(_ROUNDS):
+    edges = w.limits.edges > 0
+    for attempt in range(_ROUNDS + _MORE * n_s):
         status = _decide(w, n_x, n_c)
         if status != OK:
             return status
-        if n_s == 0 or not change_switch(w, n_x, n_c, n_s, False):
+        if attempt == 0 and edges and find_edges(w, n_x, n_c, True):
+            continue
+        if n_s == 0 or not change_switch(w, n_x, n_c, n_s, edges):
             mark_fresh(w, n_x, n_c, n_s)
             return OK
     return UNDECIDED

@@ -6,6 +6,16 @@ from symfric.solve.loop.codes import COUPLING, FORCES, PULL, TERMS
 from symfric.solve.loop.precision import ROUNDING
 from symfric.solve.loop.workspace import LoopArrays
 
+EARLIER = 0.125  # weight of the size of a slip with the largest velocities so far beside the present size
+
+
+@compiled(inline=True)
+def sizes_of_velocities(w: LoopArrays, n_x: int) -> None:
+    """Put the state with the largest velocities so far into ``w.step.end``."""
+    n_q = w.limits.n_q
+    for r in range(n_x + 1):
+        w.step.end[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
+
 
 @compiled(inline=True)
 def no_acceleration(w: LoopArrays, i: int, jerk: float) -> float:

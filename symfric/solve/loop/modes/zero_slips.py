@@ -8,6 +8,7 @@ from symfric.solve.loop.codes import COUPLING, SLIP, TERMS
 from symfric.solve.loop.events.impacts import widen_slips
 from symfric.solve.loop.modes.layout import backward, direction, forward, mode
 from symfric.solve.loop.modes.sticking_basis import share
+from symfric.solve.loop.modes.tolerances import EARLIER, sizes_of_velocities
 from symfric.solve.loop.precision import ROUNDING, TOUCH
 from symfric.solve.loop.stepping.calls import measure
 from symfric.solve.loop.workspace import LoopArrays
@@ -21,11 +22,10 @@ AMPLIFIED = 1e3  # change of velocities, relative to that for a single slip, by 
 def try_sticking(w: LoopArrays, n_x: int, n_c: int) -> None:
     """Set the trial mode: contacts at zero slip stick, or are released if their bound was reached."""
     measure(w, w.y, w.gauge)
-    n_q, w.clock.removed, w.clock.gained = w.limits.n_q, 0.0, 0.0
+    w.clock.removed, w.clock.gained = 0.0, 0.0
     for k in range(w.planes.rests.size):
         w.planes.rests[k] = 0
-    for r in range(n_x + 1):  # if everything comes to rest at once, rounding is relative to the previous velocities
-        w.step.end[r] = abs(w.start[r]) + w.scale[r] if n_q <= r < 2 * n_q else w.y[r]
+    sizes_of_velocities(w, n_x)  # if everything comes to rest at once, rounding is relative to the previous velocities
     measure(w, w.step.end, w.span)
     if w.openings.variable.size:
         widen_slips(w, n_c)
@@ -36,7 +36,7 @@ def try_sticking(w: LoopArrays, n_x: int, n_c: int) -> None:
         if w.openings.variable.size == 0 and given and (w.guards.hit[backward(i)] or w.guards.hit[forward(i)]):
             w.selection.zero[i] = 0  # others held it up to rounding, which its slip exceeds now
         if w.counts.jumped and w.selection.zero[i]:  # it was, and may have jumped
-            size = max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
+            size = max(w.gauge[TERMS, i], EARLIER * w.span[TERMS, i])
             w.selection.zero[i] = abs(w.gauge[SLIP, i]) <= TOUCH * w.clock.tolerance * size
     _find_zeros(w, n_c)
     passing = False
@@ -91,7 +91,7 @@ def _make_exact(w: LoopArrays, i: int, n_c: int) -> None:
         return
     slope = w.gauge[COUPLING + n_c + place, i]
     for _ in range(3):
-        slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
+        slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], EARLIER * w.span[TERMS, i])
         if slip == 0.0 or abs(slip) > ROUNDING * size:
             return
         w.y[place] -= slip / slope
@@ -123,7 +123,7 @@ def _find_zeros(w: LoopArrays, n_c: int) -> None:
     for i in range(n_c):
         if w.contacts.partner[i] >= 0:
             continue
-        slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], 0.125 * w.span[TERMS, i])
+        slip, size = w.gauge[SLIP, i], max(w.gauge[TERMS, i], EARLIER * w.span[TERMS, i])
         w.selection.zero[i] = w.selection.zero[i] or abs(slip) <= ROUNDING * size
         if not w.selection.zero[i]:
             w.m[direction(i, n_c)] = 1.0 if slip > 0.0 else -1.0
@@ -142,7 +142,7 @@ def _find_zeros_in_plane(w: LoopArrays) -> None:
     for k in range(w.planes.rests.size):
         i = w.planes.row[k]
         j = i + 1
-        size = max(w.gauge[TERMS, i], w.gauge[TERMS, j], 0.125 * w.span[TERMS, i], 0.125 * w.span[TERMS, j])
+        size = max(w.gauge[TERMS, i], w.gauge[TERMS, j], EARLIER * w.span[TERMS, i], EARLIER * w.span[TERMS, j])
         share = ROUNDING
         if w.guards.hit[backward(i)]:
             share = max(share, min(NEAR, w.clock.tolerance))
