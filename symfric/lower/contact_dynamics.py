@@ -390,9 +390,12 @@ class ContactDynamics:
         return sliding
 
     def given(self, i: int) -> ca.SX:
-        """Return the friction force of contact i while it sticks without its own constraint."""
+        """Return the friction force that contact i is told while it sticks, beside that of its own constraint."""
         if not self.dependent[i]:
             return ca.SX(0)
+        for plane in self.planes:
+            if plane.row <= i <= plane.row + 1:
+                return ca.SX(0) if self.openings else plane.told[i - plane.row]
         bound = self.edges.towards(i, self.d[i], self.load[i] * self.static[i])
         return ca.if_else(self.s[i] == AT_BOUND, -self.d[i] * bound, 0)
 

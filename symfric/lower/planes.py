@@ -146,6 +146,12 @@ class Plane:
         return given
 
     @property
+    def told(self) -> ca.SX:
+        """The force that it is told while it sticks, zero while its slip has not been decided on."""
+        told = self.variables[:2] + self.variables[2:4] * (self.time - self.variables[SINCE])
+        return ca.if_else(ca.logic_and(self.flag > 0.5, self.flag != FOLLOWS), told, 0)
+
+    @property
     def direction(self) -> ca.SX:
         """The unit vector of its slip while it slips."""
         return ca.if_else(self.starts, self.given, self.w / ca.if_else(self.starts, 1, self.speed))

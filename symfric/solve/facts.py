@@ -104,7 +104,7 @@ def warn_of_redundance(names: tuple[str, ...]) -> None:
     logging.getLogger("symfric").warning(
         "redundant contacts: the slip of %s follows from that of others; the motion is unique, the forces while they "
         "stick are not: parallel ones share them in proportion to their bounds, any other along a line carries nothing "
-        "until another has reached its bound; in the plane a run ends as UNDECIDED where feet of a body that turns "
-        "come to rest",
+        "until another has reached its bound; in the plane feet of a body that turns have forces well inside their "
+        "bounds, which friction_force shows, one choice of many",
         ", ".join(names),
     )

@@ -156,3 +156,30 @@ def drawn(seed, masses=None, contacts=None, forced=None):
     pull, f = rng.normal(size=n) * 0.2, rng.normal(size=n) * (0.8 if forced else 0.0)
     start = np.concatenate([rng.normal(size=n), rng.normal(size=n)])
     return PlaneScene(M, swing, K, D, A - A.T, f, pull, w, tuple(tables), start, 8.0)
+
+
+def drawn_bodies(seed, bodies=None):
+    """Return bodies on two to four feet each, which turn by small angles; at rest the forces of the feet are not unique.
+
+    Friction does not drop from rest to slip: feet that creep under a regularised law reach such a drop one after the
+    other, and start earlier than those whose forces may be any that hold.
+    """
+    rng = np.random.default_rng(seed)
+    bodies = int(rng.integers(1, 3)) if bodies is None else bodies
+    n = 3 * bodies
+    M = np.diag(np.concatenate([[m, m, m * rng.uniform(0.15, 0.6)] for m in rng.uniform(0.6, 1.6, bodies)]))
+    w = rng.uniform(0.5, 2.5)
+    K, D = _definite(rng, n, 0.2, 1.5), _definite(rng, n, 0.0, 0.1)
+    tables = []
+    for body in range(bodies):
+        feet, turn = int(rng.integers(2, 5)), rng.uniform(0, 2 * np.pi)
+        for k in range(feet):
+            angle, radius = turn + 2 * np.pi * k / feet + rng.uniform(-0.3, 0.3), rng.uniform(0.5, 1.1)
+            rows = np.zeros((2, n))
+            rows[:, 3 * body : 3 * body + 2] = np.eye(2)
+            rows[:, 3 * body + 2] = radius * np.array([-math.sin(angle), math.cos(angle)])
+            mu, swell = rng.uniform(0.2, 0.5), 0.3 * (rng.random() < 0.3)
+            tables.append(Table(rows, rng.uniform(0.3, 1.2), swell, np.zeros(2), np.zeros(2), mu, mu, None))
+    f, pull = rng.normal(size=n) * rng.uniform(0.3, 0.9), rng.normal(size=n) * 0.1
+    start = np.concatenate([rng.normal(size=n) * 0.4, rng.normal(size=n) * 0.6])
+    return PlaneScene(M, 0.0, K, D, np.zeros((n, n)), f, pull, w, tuple(tables), start, 8.0)

@@ -74,12 +74,17 @@ def test_they_rest_to_the_last_bit():
     assert run.final[:2] == pytest.approx(sf.simulate(still.until(10.0), tolerance=1e-12).final[:2], abs=1e-15)
 
 
-@pytest.mark.one_in(2)
-@pytest.mark.parametrize("slip", [(u, 2 * w), (0.6 * u + 0.8 * w, 0.6 * w - 0.8 * u)])
-def test_others_end_with_a_status_where_their_forces_are_not_known(slip):
-    """Discs that are not similar, or whose components are not those of the other, add up to no disc of these."""
-    run = sf.simulate(slab([contact("a", 0.4), contact("b", 0.6, slip)]))
-    assert run.status is sf.Status.UNDECIDED
+def test_turned_frames_hold_what_one_contact_holds():
+    """A disc turned is the same disc, though no component of its slip is one of the other's."""
+    one = sf.simulate(slab([contact("slab", 1)]), tolerance=1e-12).checked()
+    turned = contact("b", 0.6, (0.6 * u + 0.8 * w, 0.6 * w - 0.8 * u))
+    run = sf.simulate(slab([contact("a", 0.4), turned]), tolerance=1e-12).checked()
+    assert run.final == pytest.approx(one.final, abs=1e-9)
+    for name in "ab":
+        mine = [e for e in run.events if e.contact == name]
+        assert [e.kind for e in mine] == [e.kind for e in one.events] == ["stick", "slip"]
+        assert [e.t for e in mine] == pytest.approx([e.t for e in one.events], abs=1e-9)
+    assert run.energy_residual() < 1e-11
 
 
 def test_a_warning_names_each_contact_once(caplog):

@@ -248,3 +248,40 @@ class Planes(ArraySet):
     samples: Reals  # values from which directions follow, see `symfric.solve.loop.events.directions`
     series: Reals  # their trigonometric polynomial
     angles: Reals  # its roots
+    since: Integers  # of every contact the index in m of the time since which its direction or force is told, or -1
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Feet(ArraySet):
+    """Contacts at rest of bodies that can turn, see `symfric.solve.loop.modes.feet`; n_c of them at most.
+
+    The last ones are for the directions in which those in the plane start, see
+    `symfric.solve.loop.stepping.common_start`.
+    """
+
+    among: Integers  # whether each contact is one of the problem, (n_c,)
+    used: Integers  # whether its slip is one of those the others follow from
+    pivot: Integers  # these, in their order
+    rank: Integers  # and their number, (1,)
+    sticks: Integers  # whether it has no acceleration
+    factor: Matrix  # L, (n_c, n_c)
+    size: Reals  # size of its rows in L
+    target: Reals  # zeta_0
+    scale: Reals  # its length, (1,)
+    point: Matrix  # zeta, one that is tried, and one that is kept, (3, n_c)
+    slope: Reals  # first derivatives by zeta
+    matrix: Matrix  # second ones, (n_c, n_c)
+    step: Reals  # Newton's step
+    kept: Matrix  # orthonormal directions of zeta that sticking holds at zero, (n_c, n_c)
+    hold: Reals  # forces that hold all contacts of the problem
+    before: Reals  # the same at the state, while they are computed a little later
+    mark: Reals  # marks in the mode, likewise
+    entry_y: Reals  # the state, likewise, (n_x + 1,)
+    turning: Matrix  # equations of the turns of directions, (n_p, n_p)
+    axes: Matrix  # principal axes of these, one a column
+    weight: Reals  # what a turn about each gives, (n_p,)
+    idle: Integers  # whether that is nothing
+    order: Integers  # the axes for which this is so
+    part: Reals  # turns about these
+    left: Reals  # right-hand sides of the equations
+    turn: Reals  # times the friction, how far each direction turns

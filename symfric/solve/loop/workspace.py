@@ -11,6 +11,7 @@ from symfric.codegen.array_table import VECTOR, Matrix, Reals
 from symfric.lower.automaton import Automaton
 from symfric.lower.linear_modes import Matrices
 from symfric.lower.mode_layout import backward, sign
+from symfric.lower.planes import SINCE
 from symfric.lower.structure_modes import StructureMatrices
 from symfric.model.rows import Row
 from symfric.solve.loop.codes import COUPLING, JUMP
@@ -19,6 +20,7 @@ from symfric.solve.loop.events.direction_sizes import MOST_ANGLES, QUARTIC, SAMP
 from symfric.solve.loop.records import (
     Basis,
     Contacts,
+    Feet,
     Guards,
     Impacts,
     Inputs,
@@ -126,6 +128,7 @@ class LoopArrays(RunArrays):
     impacts: Impacts
     pivots: Pivots
     planes: Planes
+    feet: Feet
 
 
 def make_arrays(
@@ -267,6 +270,7 @@ def make_arrays(
         ),
         pivots=_pivots(n_n, n_c if impact else 0),
         planes=_planes(automaton),
+        feet=_feet(automaton),
     )
 
 
@@ -307,6 +311,7 @@ def _planes(automaton: Automaton) -> Planes:
     layout, n_p = automaton.layout, len(automaton.planes)
     n_c = len(layout.lines) if n_p else 0
     room = Planes.zeros(
+        since=n_c,
         row=n_p,
         arrived=n_p,
         rests=n_p,
@@ -331,7 +336,43 @@ def _planes(automaton: Automaton) -> Planes:
     )
     room.row[:] = automaton.planes
     room.variable[:] = layout.planes[:n_c]
+    room.since[:] = [first + SINCE if first >= 0 else -1 for first in layout.planes[:n_c]]
     return room
+
+
+def _feet(automaton: Automaton) -> Feet:
+    """Return the arrays of feet of bodies that can turn, empty where no two slips share a body."""
+    shared = len(automaton.planes) > 0 and automaton.coupled
+    n, n_x = (len(automaton.layout.lines), len(automaton.states)) if shared else (0, -1)
+    n_p = len(automaton.planes) if shared else 0
+    return Feet.zeros(
+        among=n,
+        used=n,
+        pivot=n,
+        rank=1,
+        sticks=n,
+        factor=(n, n),
+        size=n,
+        target=n,
+        scale=1,
+        point=(3, n),
+        slope=n,
+        matrix=(n, n),
+        step=n,
+        kept=(n, n),
+        hold=n,
+        before=n,
+        mark=n,
+        entry_y=n_x + 1,
+        turning=(n_p, n_p),
+        axes=(n_p, n_p),
+        weight=n_p,
+        idle=n_p,
+        order=n_p,
+        part=n_p,
+        left=n_p,
+        turn=n_p,
+    )
 
 
 def _opening(lines: list[int], planes: Sequence[int], i: int) -> int:

@@ -159,7 +159,7 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
         # an exchange of constraints does not change the motion
         if is_along_line(w, g) and w.m[contact_of(g)] == AT_BOUND:
             continue
-        if is_along_line(w, g) and _only_passes(w, contact_of(g)):
+        if is_along_line(w, g) and (_only_passes(w, contact_of(g)) or _hands_on(w, contact_of(g))):
             continue
         slow = (
             abs(w.saltation.after[slopes + g]) * natural_time(w) <= (2.0 * w.clock.tolerance) ** 0.5 * w.scale[n_x + g]
@@ -174,6 +174,13 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
 def _only_passes(w: LoopArrays, i: int) -> bool:
     """Whether contact i slips in the plane, and its speed was zero up to the error of a step only."""
     return w.contacts.partner[i] >= 0 and w.m[i] == 0.0 and w.saltation.before[w.p.size + i] == 0.0
+
+
+@compiled(inline=True)
+def _hands_on(w: LoopArrays, i: int) -> bool:
+    """Whether contact i, a foot that sticks on, has handed on a part of its force to others at its bound."""
+    stuck = w.saltation.before[w.p.size + i] > 0.5 and w.m[i] > 0.5
+    return w.contacts.partner[i] >= 0 and w.contacts.depends[i] != 0 and stuck
 
 
 @compiled

@@ -21,6 +21,7 @@ from symfric.lower.constraint_forces import DISTINCT, FOLLOWS, HOLDS, SHARES
 from symfric.lower.planes import SINCE, STARTS
 from symfric.solve.loop.codes import COUPLING, OK, UNDECIDED
 from symfric.solve.loop.events.time_steps import step_over
+from symfric.solve.loop.modes.feet import accelerate, are_redundant, carry, leave_at_limit, tell_forces
 from symfric.solve.loop.modes.layout import backward, forward, turn
 from symfric.solve.loop.modes.mode_selection import change_switch, loads_hold, mark_fresh
 from symfric.solve.loop.modes.resting_edges import find_edges
@@ -92,23 +93,51 @@ def _decide(w: LoopArrays, n_x: int, n_c: int) -> int:
         p.returned[i] = 0
         p.leaves[i] = _undecided(w, i) and w.selection.old[i] == 0 and _was_hit(w, i)
     _leave_together(w, n_c)
+    _join(w, n_c)
+    feet, fell = are_redundant(w, n_c), False
+    for i in range(n_c):
+        fell = fell or p.leaves[i] != 0
+        if feet:  # one that has reached its bound may hand on its force
+            p.leaves[i], p.stands[i] = 0, i
     for _ in range(2 * n_c + 4):
         _free(w, n_x, n_c)
-        status = _balance(w, n_c)
+        if feet and fell:
+            ends, fell = leave_at_limit(w, n_c), False
+            w.counts.doubts += ends and w.limits.varied > 0  # the guard of one foot does not tell how its time moves
+            for i in range(n_c):
+                p.leaves[i] *= ends
+                p.returned[i] = p.returned[i] if ends else _RETURNS  # forces that hold have been found
+        status = _balance(w, n_c, feet)
         if status != OK:
             return status
         for i in range(n_c):
             if _undecided(w, i) and not _is_second(w, i):
                 _set_mode(w, i)
+        if feet:
+            _hold_lines_first(w, n_c)
         share(w, n_c)
+        if feet and carry(w, n_c):
+            tell_forces(w, n_x, n_c)
         for i in range(n_c):
-            if _undecided(w, i) and w.m[i] > 0.5 and w.m[i] != HOLDS and not _shares(w, i):
+            beyond = w.m[i] != HOLDS and not _shares(w, i) and not (feet and w.contacts.partner[i] >= 0)
+            if _undecided(w, i) and w.m[i] > 0.5 and beyond:
                 return UNDECIDED  # its force is not determined
         prelude(w)
         probe(w)
         if not _contradicts(w, n_x, n_c):
             return OK
+        if feet:
+            for i in range(n_c):
+                fell = fell or (p.leaves[i] != 0 and w.m[i] > 0.5)
     return UNDECIDED
+
+
+@compiled
+def _hold_lines_first(w: LoopArrays, n_c: int) -> None:
+    """Let contacts along a line that stick be the first of the basis: only those in the plane can be told a force."""
+    for i in range(n_c):
+        if _undecided(w, i) and w.m[i] == FOLLOWS and w.contacts.partner[i] < 0:
+            w.m[i] = HOLDS
 
 
 @compiled(inline=True)
@@ -190,8 +219,12 @@ def _join(w: LoopArrays, n_c: int) -> None:
 def _free(w: LoopArrays, n_x: int, n_c: int) -> None:
     """Compute the slip accelerations without forces of the contacts at rest."""
     for i in range(n_c):
-        if _undecided(w, i):
-            w.m[i] = FOLLOWS
+        if not _undecided(w, i):
+            continue
+        w.m[i] = FOLLOWS
+        if w.contacts.partner[i] > i:
+            for k in range(SINCE):
+                w.m[w.planes.variable[i] + k] = 0.0
     prelude(w)
     probe(w)
     for i in range(n_c):
@@ -199,15 +232,21 @@ def _free(w: LoopArrays, n_x: int, n_c: int) -> None:
 
 
 @compiled
-def _balance(w: LoopArrays, n_c: int) -> int:
+def _balance(w: LoopArrays, n_c: int, feet: bool) -> int:
     """Find which contacts start to slip, with the forces of all contacts at rest and their accelerations."""
     p = w.planes
     for i in range(n_c):
         p.slides[i], p.force[i] = p.leaves[i], 0.0
     for _ in range(4 * n_c + 8):
-        _join(w, n_c)
-        if not _forces(w, n_c):
-            return UNDECIDED
+        if feet:
+            for i in range(n_c):
+                p.bound[i] = w.gauge[_limits(w) + (p.slides[i] != 0), i]
+            if not accelerate(w, n_c):
+                return UNDECIDED
+        else:
+            _join(w, n_c)
+            if not _forces(w, n_c):
+                return UNDECIDED
         changed = False
         for i in range(n_c):
             if not _undecided(w, i) or _is_second(w, i):

@@ -30,6 +30,7 @@ from symfric.solve.loop.modes.layout import backward, forward
 from symfric.solve.loop.modes.tolerances import natural_time
 from symfric.solve.loop.precision import ROUNDING, TINY
 from symfric.solve.loop.stepping.calls import expand, prelude
+from symfric.solve.loop.stepping.common_start import depend_on_each_other, turn_feet
 from symfric.solve.loop.stepping.singular_start import keep_straight
 from symfric.solve.loop.stepping.step_acceptance import proven
 from symfric.solve.loop.workspace import LoopArrays
@@ -57,7 +58,11 @@ def leave_rest(w: LoopArrays, n_x: int, n_c: int) -> float:
         return -1.0
     known = min(TURNS, w.c.shape[1] - 2)
     _couple(w, n_x)
+    together = depend_on_each_other(w, n_x)
     for order in range(1, known + 1):
+        if together:
+            turn_feet(w, n_x, order)
+            continue
         _keep_length(w, order)
         prelude(w)
         expand(w)
