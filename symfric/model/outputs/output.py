@@ -25,12 +25,12 @@ class Output:
 
     @property
     def latest(self) -> float:
-        """The last time at which a run has to be for the output; 0 unless it is given times."""
+        """Latest time at which the output needs the motion; 0 unless it has times of its own."""
         return 0.0
 
     @property
     def begins(self) -> float:
-        """The time from which on the run counts; it has to go on after it."""
+        """Time from which the output is accumulated, before the end of the run."""
         return 0.0
 
     def size(self, n_x: int) -> int | None:
@@ -191,7 +191,7 @@ class OutputOfExpression(Output):
 
 @dataclass(frozen=True)
 class OutputAfter(OutputOfExpression):
-    """Base of outputs that may leave out the begin of a run, such as a transient."""
+    """Base of outputs that may leave out the start of a run, such as a transient."""
 
     after: float = 0.0
 
