@@ -27,26 +27,22 @@ from .long_calls import keep_when_interrupted as keep_when_interrupted, show_pro
 from .model import control as control, laws as laws, mechanics as mechanics, scenes as scenes
 from .model.held import Held as Held
 from .model.laws import Law as Law
-from .model.outputs import (
-    At as At,
-    End as End,
-    Events as Events,
+from .model.outputs.extremes import (
     HalfRange as HalfRange,
-    Integral as Integral,
     Max as Max,
-    Mean as Mean,
     Min as Min,
-    Period as Period,
-    RMS as RMS,
-    Samples as Samples,
-    StopTime as StopTime,
-    Trajectory as Trajectory,
+)
+from .model.outputs.integrals import Integral as Integral, Mean as Mean, RMS as RMS
+from .model.outputs.of_contacts import (
     dissipated_power as dissipated_power,
     friction_force as friction_force,
     normal_force as normal_force,
     slip as slip,
     stored_energy as stored_energy,
 )
+from .model.outputs.records import Events as Events, Trajectory as Trajectory
+from .model.outputs.times import Period as Period, StopTime as StopTime
+from .model.outputs.values import At as At, End as End, Samples as Samples
 from .model.resets import Reset as Reset
 from .model.scene import Scene as Scene
 from .model.scenes.isolator import patched_floor as patched_floor

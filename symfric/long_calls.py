@@ -1,4 +1,4 @@
-"""Calls that take long: what they are at, shown on a terminal, in a notebook or in the log."""
+"""Progress of long calls, shown on a terminal, in a notebook or in the log."""
 
 import logging
 import os
@@ -45,19 +45,19 @@ class Call:
         self._surface: Surface | None = None
 
     def at(self) -> Told:
-        """Return words for what the call is at, and the fraction done if it is known."""
+        """Return the stage of the call in words, and the fraction done if it is known."""
         levels = list(self.levels)
         return ", ".join([words for words, _ in levels if words][:2]), levels[0][1]
 
     def show(self, now: float) -> None:
-        """Show what the call is at; a stream that is closed ends no call."""
+        """Show the progress; a closed stream does not end the call."""
         with suppress(OSError, ValueError):
             if self._surface is None:
                 self._surface = opened(self.name, _log)
             self._surface.update(*self.at(), now - self.begin)
 
     def close(self) -> None:
-        """Take away what is shown; tell how long the call took, where that is logged."""
+        """Remove the display; log how long the call took, where calls are logged."""
         spent = time.monotonic() - self.begin
         if self._surface is not None or spent > PATIENCE:
             with suppress(OSError, ValueError):
@@ -69,7 +69,7 @@ _CALL: ContextVar[Call | None] = ContextVar("the user's call", default=None)
 
 
 class _Watch:
-    """Looks at the calls that are under way, from a thread that ends when there are none."""
+    """Thread that watches the calls under way; it ends when there are none."""
 
     def __init__(self) -> None:
         self.shown = os.environ.get("SYMFRIC_PROGRESS", "").lower() not in ("0", "off", "no", "false")
@@ -129,7 +129,7 @@ if sys.platform != "win32":
 
 
 def show_progress(on: bool) -> None:
-    """Show what calls of over two seconds are at, or not; they do unless told otherwise.
+    """Turn the progress of calls of over two seconds on or off; it is on by default.
 
     On a terminal and in a notebook that is a bar, which disappears when the call ends. In scripts it is a line now and
     then: from the logger "symfric" if the script has set up logging, else on stderr. With the environment variable
@@ -149,7 +149,7 @@ def show_progress(on: bool) -> None:
 
 
 def logged(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate a function so that what it is at is shown once it takes two seconds; see `show_progress`.
+    """Decorate a function so that its progress is shown once it takes two seconds; see `show_progress`.
 
     Calls by the package itself are not shown: they are parts of a longer one.
     """
@@ -214,7 +214,7 @@ def _by_the_user(frame: FrameType | None) -> bool:
 
 
 def tell(words: str, fraction: float | None = None) -> None:
-    """Say what the present call is at.
+    """Report the stage of the present call.
 
     Parameters
     ----------
@@ -228,7 +228,7 @@ def tell(words: str, fraction: float | None = None) -> None:
 
 
 def tell_of_run(fraction: float) -> None:
-    """Say how much of a run is done; shown where the call is this run."""
+    """Report the fraction of a run that is done; shown where the call is this run."""
     call = _CALL.get()
     if call is not None and call.name in _RUNS:
         call.levels[0] = "", fraction

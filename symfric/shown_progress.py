@@ -1,4 +1,4 @@
-"""Where the progress of a call is shown: a bar on a terminal or in a notebook, or lines."""
+"""Displays of progress: a bar on a terminal or in a notebook, or lines of text."""
 
 import logging
 import sys
@@ -16,19 +16,19 @@ _FIRST_PAUSE, _LONGEST_PAUSE = 10.0, 120.0  # between two lines about one call, 
 
 
 class Surface(ABC):
-    """Where the progress of one call is shown."""
+    """Display of the progress of one call."""
 
     @abstractmethod
     def update(self, words: str, fraction: float | None, spent: float) -> None:
-        """Show what the call is at after some seconds, and the fraction done if it is known."""
+        """Show the stage of the call after some seconds, and the fraction done if it is known."""
 
     @abstractmethod
     def close(self, spent: float) -> None:
-        """Take away what is there to be taken away, after the call."""
+        """Remove the display, after the call."""
 
 
 def opened(name: str, log: logging.Logger) -> Surface:
-    """Return where the progress of a call is shown in this program."""
+    """Return the display for a call in this program."""
     logs = log.isEnabledFor(logging.INFO) and log.hasHandlers()
     ends = Lines(name, log.info if logs else None)
     if _in_notebook():

@@ -65,8 +65,8 @@ def plot_probability(values: "xr.DataArray", *, over: str = CASE, ax: Axes | Non
     ax = axes_for(ax)
     for k in range(count):
         part = values.isel({others[0]: k}) if others else values
-        found = [probability(part, above=float(level), over=over) for level in levels]
-        p, low, high = (np.array([float(f[n]) for f in found]) for n in ("probability", "low", "high"))
+        estimates = [probability(part, above=float(level), over=over) for level in levels]
+        p, low, high = (np.array([float(f[n]) for f in estimates]) for n in ("probability", "low", "high"))
         name = f"{others[0]} = {_said(part[others[0]].item())}" if others and others[0] in part.coords else None
         (line,) = ax.plot(levels, p, label=name)
         ax.fill_between(levels, low, high, color=line.get_color(), alpha=0.2, linewidth=0)

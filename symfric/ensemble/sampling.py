@@ -1,4 +1,4 @@
-"""CaseTable of uncertain parameters: a table of values, or draws from distributions."""
+"""Cases of uncertain parameters: a table of values, or draws from distributions."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

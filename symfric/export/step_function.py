@@ -154,7 +154,7 @@ class _Builder:
         return ca.Function("settled", [y, t, p, m, zero], [mode])
 
     def _event(self) -> ca.Function:
-        """Return ``(y, t, p, m, hit, still) -> (y, m, fresh)``: what follows when guards were hit.
+        """Return ``(y, t, p, m, hit, still) -> (y, m, fresh)``: state and mode after guards were hit.
 
         `still` marks those that are zero.
         """
@@ -283,7 +283,7 @@ class _Builder:
         return _if(r > 0, rest, ca.Function("idle", args, [y, m, fresh, t, r, status]), args)
 
     def _struck(self) -> ca.Function:
-        """Return ``(y, t, p, m, fresh) -> (y, m, fresh)``: what clocks do whose instant is now."""
+        """Return ``(y, t, p, m, fresh) -> (y, m, fresh)``: the updates of the clocks that are due."""
         y, t, p, m = self._state()
         fresh = ca.MX.sym("fresh", self.n_g)
         args = [y, t, p, m, fresh]

@@ -1,4 +1,4 @@
-"""A scene in steps of fixed length: its functions with the names of what they take and give."""
+"""A scene in steps of fixed length: its functions with the names of their inputs and outputs."""
 
 import math
 from collections.abc import Mapping
@@ -39,7 +39,7 @@ MEANING = {
 
 @dataclass(frozen=True, eq=False)
 class Stepper:
-    """A scene that goes on by steps of fixed length; made by `stepper`.
+    """A scene simulated in steps of fixed length; made by `stepper`.
 
     Attributes
     ----------
@@ -231,7 +231,7 @@ def _changed(own: np.ndarray, names: tuple[str, ...], given: Mapping[Key, float]
 
 @alone(SYMBOLIC)
 def stepper(scene: Scene, step: float, outputs: Mapping[str, sp.Expr] | None = None, events: int = 4) -> Stepper:
-    """Make a scene go on by steps of fixed length, for real time, C code and co-simulation.
+    """Make a stepper of a scene: steps of fixed length, for real time, C code and co-simulation.
 
     Parameters
     ----------
@@ -300,12 +300,12 @@ def stepper(scene: Scene, step: float, outputs: Mapping[str, sp.Expr] | None = N
 def _check_clocks(scene: Scene, step: float, events: int) -> None:
     """Raise if more samples and resets may fall into a step than it takes."""
     numbers = scene.numbers()
-    found = []
+    counts = []
     for part in scene.clocks:
         if part.every is not None:
             count = math.ceil(step / float(sp.sympify(part.every).subs(numbers)) * (1 - _LATE))
-            found.append(count * (2 if isinstance(part, Held) and part.late else 1))
-    most = max(found, default=0)
+            counts.append(count * (2 if isinstance(part, Held) and part.late else 1))
+    most = max(counts, default=0)
     if most > events:
         raise SceneError(
             f"a step of {step:g} is longer than the periods of held variables and resets: {most} of their instants "

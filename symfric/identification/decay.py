@@ -63,7 +63,7 @@ def envelope(t: Any, start: Any, dry: Any, viscous: Any, quadratic: Any) -> tupl
 def _even(w: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Return ``cosh(sqrt(w) t)`` and ``sinh(sqrt(w) t)/sqrt(w)``, and their derivatives by w."""
     size = w * t**2
-    small = np.abs(size) < 1e-4
+    small = np.abs(size) < 1e-4  # there the series is exact to rounding, and the difference below cancels
     root = np.sqrt(np.abs(w)) if w else 1.0
     c, s = (np.cosh(root * t), np.sinh(root * t) / root) if w > 0 else (np.cos(root * t), np.sin(root * t) / root)
     c = np.where(small, 1 + size / 2 + size**2 / 24, c)

@@ -51,7 +51,7 @@ class Delayed:
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """What was measured."""
+        """Measured channels."""
         return self.predictor.channels
 
     @cached_property
@@ -66,7 +66,7 @@ class Delayed:
 
     @cached_property
     def unknowns(self) -> Unknowns:
-        """Those of the predictor, then the shifts."""
+        """Unknowns of the predictor, then the shifts."""
         own, n = self.predictor.unknowns, len(self.channels)
         return Unknowns(
             (*own.names, *(f"{c.key}.shift" for c in self.channels)),

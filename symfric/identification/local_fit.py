@@ -18,6 +18,9 @@ BETTER = 1e-6  # relative decrease of the cost that counts as another minimum
 REACHES = (0.3, 1.0, 3.0, 10.0, 30.0)  # how far points beyond a minimum are tried, in standard errors
 NEAR = 0.02  # the largest such distance, in units of the range
 ROUNDS = 3  # most descents from points beyond a minimum
+INSIDE = 1e-9  # distance from a bound, in units of the range, at which a descent begins
+UNDETERMINED = 1e-10  # singular value, relative to the largest, of a direction that the data do not determine
+WORSE = 1e-12, 1e-9  # relative rise of the cost by rounding: of one step, and of all final steps together
 MOST = 4_000_000  # numbers that one batch of predictions holds
 
 
@@ -66,7 +69,7 @@ class Problem:
     @property
     def rounding(self) -> float:
         """Cost of residuals as large as rounding, below which differences mean nothing."""
-        return 0.5e-24 * float(np.sum((self.weight * self.y) ** 2))  # 1e-12 of each value
+        return 0.5e-24 * float(np.sum((self.weight * self.y) ** 2))  # half the squares of 1e-12 of each value
 
     def prefix(self, part: float) -> "Problem":
         """Return the problem of the samples of the first part of the time."""
@@ -165,7 +168,7 @@ def minimise(problem: Problem, start: np.ndarray, tolerance: float = LOOSE, most
     evaluate = Evaluator(problem)
     # off the bounds, at which the scaled steps of SciPy's reflective method would vanish (Branch, Coleman and Li,
     # SIAM J. Sci. Comput. 21 (1999) 1)
-    inner = np.clip(problem.predictor.unknowns.inner(start)[free], 1e-9, 1 - 1e-9)
+    inner = np.clip(problem.predictor.unknowns.inner(start)[free], INSIDE, 1 - INSIDE)
     if not free.size:
         return Minimum(problem.values(inner), evaluate.cost(inner), 1, 0)
     if not np.isfinite(evaluate.cost(inner)):
@@ -207,16 +210,16 @@ def polished(problem: Problem, at: Minimum) -> Minimum:
         rest = evaluate.residuals(inner)
         root = problem.loss.root(rest)
         # directions that the data do not determine are left alone
-        step = np.linalg.lstsq(root[:, None] * evaluate.jacobian(inner), -root * rest, rcond=1e-10)[0]
+        step = np.linalg.lstsq(root[:, None] * evaluate.jacobian(inner), -root * rest, rcond=UNDETERMINED)[0]
         trial = np.clip(inner + step, 0.0, 1.0)
         reached = evaluate.cost(trial)
-        if not reached <= cost * (1 + 1e-12):
+        if not reached <= cost * (1 + WORSE[0]):
             break
         inner, cost = trial, reached
         if np.max(np.abs(step)) < SETTLED:
             break
     moved = Minimum(problem.values(inner), cost, at.evaluations + evaluate.evaluations, at.changes)
-    return moved if cost <= at.cost * (1 + 1e-9) else at
+    return moved if cost <= at.cost * (1 + WORSE[1]) else at
 
 
 def _gradient(evaluate: Evaluator, inner: np.ndarray) -> np.ndarray:

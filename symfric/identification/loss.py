@@ -1,4 +1,4 @@
-"""Losses that weigh large residuals less than their squares, and what they do to the uncertainty."""
+"""Robust losses, which weigh large residuals less than their squares, and the uncertainty of such fits."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -97,7 +97,7 @@ def median_scale(residuals: np.ndarray) -> float:
 
 
 class Sandwich(NamedTuple):
-    """What a robust loss says about the uncertainty.
+    """Uncertainty of a fit with a robust loss (sandwich estimator).
 
     Attributes
     ----------
@@ -132,8 +132,9 @@ def sandwich(loss: Loss, residuals: np.ndarray, jacobian: np.ndarray) -> Sandwic
     basis, triangle = np.linalg.qr(jacobian)
     freed = n / max(n - n_p, 1)
     psi = loss.slope(residuals)
-    bend = max(float(np.mean(loss.curvature(residuals))), 1e-3)
+    bend = max(float(np.mean(loss.curvature(residuals))), 1e-3)  # not zero where all residuals are outliers
     within = basis.T @ (basis * (freed * psi**2)[:, None])
+    # a trace keeps the factorisation from failing where fewer samples than unknowns count
     floor = 1e-12 * max(float(np.trace(within)) / n_p, 1e-300)
     root = bend * np.linalg.solve(np.linalg.cholesky(within + floor * np.eye(n_p)), triangle)
     return Sandwich(root, freed * float(np.mean(psi**2)) / bend)

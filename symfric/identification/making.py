@@ -1,4 +1,4 @@
-"""Make a `Fit` of a minimum, with what a reader should know of it."""
+"""Make a `Fit` of a minimum, with notes on its reliability."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -85,7 +85,7 @@ def with_notes(fit: Fit, *further: str) -> Fit:
 
 
 def _notes(fit: Fit) -> Iterator[str]:
-    """Yield what a reader should know before using the numbers."""
+    """Yield the notes: whatever limits the use of the fitted numbers."""
     for name in fit.active:
         yield (
             f"{name} is at its bound {fit.values[name]:.6g}; widen it, or take the value as unknown beyond it: "

@@ -1,4 +1,4 @@
-"""What the scenes predict for the records, with its derivatives by the unknowns."""
+"""Predictions of the records by the scenes, with derivatives by the unknowns."""
 
 import math
 from collections.abc import Mapping
@@ -44,15 +44,15 @@ class Prediction(NamedTuple):
 
 
 class PredictionModel(Protocol):
-    """What a fit needs: scenes with records (`Predictor`), or a formula with points."""
+    """Interface of the models that can be fitted: scenes with records (`Predictor`), or a formula with points."""
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """What was measured."""
+        """Measured channels."""
 
     @property
     def unknowns(self) -> Unknowns:
-        """What is fitted."""
+        """Unknowns of the fit."""
 
     @property
     def rows(self) -> tuple[slice, ...]:

@@ -1,4 +1,4 @@
-"""Faults of records that residuals give away: a clock that is shifted against the run, and outliers."""
+"""Faults of records detected from the residuals: a clock that is shifted against the run, and outliers."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

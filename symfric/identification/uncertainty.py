@@ -13,7 +13,7 @@ SMALLEST = 0.1  # weights below this, relative to the largest, are not told
 
 @dataclass(frozen=True, eq=False)
 class Direction(Mapping[Any, Any]):
-    """A direction in which the unknowns can change without the records noticing; a mapping of name to weight.
+    """A direction of the unknowns along which the predictions hardly change; a mapping of name to weight.
 
     Attributes
     ----------
@@ -59,7 +59,7 @@ class Direction(Mapping[Any, Any]):
 
 
 class Uncertainty(NamedTuple):
-    """What the Jacobian says about the unknowns.
+    """Uncertainty of the unknowns, from the Jacobian.
 
     Attributes
     ----------

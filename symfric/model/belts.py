@@ -1,4 +1,4 @@
-"""What drives the contacts of a scene."""
+"""Belt speeds: parameters that drive the contacts of a scene."""
 
 import sympy as sp
 

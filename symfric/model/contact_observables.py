@@ -1,4 +1,4 @@
-"""What outputs may ask of a contact: the symbols of its force, slip and energies, and words for those it has not."""
+"""Symbols of the forces, slips and energies of contacts for outputs, and the error where a contact lacks one."""
 
 import sympy as sp
 
@@ -6,7 +6,7 @@ from symfric.model.outputs import OF_CONTACTS, friction_force
 
 
 def vector_words(output: str, contact: str) -> str:
-    """Return why an output cannot have a friction force: all of a vector, or a component, ``name, 0``, of no vector."""
+    """Return the error where a friction force lacks a component, ``name, 0``, or a line contact is given one."""
     line = contact.removesuffix(", 0").removesuffix(", 1")
     if line != contact:
         return (
@@ -21,8 +21,8 @@ def vector_words(output: str, contact: str) -> str:
 
 def observables_of(contact: str, in_plane: bool) -> list[sp.Symbol]:
     """Return the symbols of a contact that outputs may contain."""
-    found = [make(contact) for make in OF_CONTACTS.values()]
+    symbols = [make(contact) for make in OF_CONTACTS.values()]
     if in_plane:
-        found[0] = friction_force(contact, 0)
-        found.append(friction_force(contact, 1))
-    return found
+        symbols[0] = friction_force(contact, 0)
+        symbols.append(friction_force(contact, 1))
+    return symbols

@@ -82,11 +82,11 @@ def pid(
     1.0
     """
     error = expression(ref, "ref") - expression(x, "x")
-    found = []
+    states = []
     if rate is None and not expression(kd, "kd").is_zero:
         measured = Held(f"{name}.measured", x, every, offset, initial=start)
         rate = (x - measured.previous) / expression(every, "every")
-        found = [measured]
+        states = [measured]
     direct = kp * error - (0 if rate is None else kd * rate)
     total = direct
     if not expression(ki, "ki").is_zero:
@@ -94,9 +94,9 @@ def pid(
         grown = memory + ki * expression(every, "every") * error
         total = direct + grown
         inside = grown if limits is None else _within(total, limits) - direct
-        found = [Held(f"{name}.integral", inside, every, offset), *found]
+        states = [Held(f"{name}.integral", inside, every, offset), *states]
     command = total if limits is None else _within(total, limits)
-    return [*found, Held(name, command, every, offset, delay, step=step)]
+    return [*states, Held(name, command, every, offset, delay, step=step)]
 
 
 def _within(e: sp.Expr, limits: tuple[_Number, _Number]) -> sp.Expr:

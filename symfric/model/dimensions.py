@@ -91,7 +91,7 @@ class Dimensions:
         return self._resolved(self._known[name] if name in self._known else Dimension(unknown={name: Fraction(1)}))
 
     def new(self) -> Dimension:
-        """Return a dimension that nothing is known of."""
+        """Return a new unknown dimension."""
         self._new += 1
         return Dimension(unknown={f" {self._new}": Fraction(1)})  # no symbol has such a name
 

@@ -16,7 +16,7 @@ APART = sp.Float("1e-40", 20)
 
 
 class GeometricMean(NamedTuple):
-    """Arithmetic-geometric mean of 1 and ``b <= 1``, and what the integral of the second kind takes.
+    """Arithmetic-geometric mean of 1 and ``b <= 1``, and the sum in the elliptic integral of the second kind.
 
     Attributes
     ----------

@@ -25,23 +25,23 @@ _MARGIN = 1e-12  # relative difference up to which a delay is a whole number of 
 
 def time_of(value: object, what: str, least: float, strict: bool = False) -> sp.Expr:
     """Return a time as an expression; raise if it is a number out of range."""
-    found = expression(value, what)
-    refuse_speed(found, what)
-    if found.is_number and not (found.is_finite and (found > least or (not strict and float(found) == least))):
+    time = expression(value, what)
+    refuse_speed(time, what)
+    if time.is_number and not (time.is_finite and (time > least or (not strict and float(time) == least))):
         raise SceneError(f"{what} is {value}; it must {'exceed' if strict else 'not be below'} {least:g}")
-    return found
+    return time
 
 
 def crossing_of(value: object, what: str) -> sp.Expr:
     """Return an expression whose zeros are events; raise if it is a number."""
-    found = with_steps(expression(value, what), what)
-    refuse_speed(found, what)
-    jump = next((e for e in parts_of(found, *STEPPED, *STAIRS)), None)
+    crossing = with_steps(expression(value, what), what)
+    refuse_speed(crossing, what)
+    jump = next((e for e in parts_of(crossing, *STEPPED, *STAIRS)), None)
     if jump is not None:
         raise SceneError(f"{what} contains {jump}, which jumps; give the expression whose zeros are meant")
-    if found.is_number:
+    if crossing.is_number:
         raise SceneError(f"{what} is {value}, which crosses zero never; give an expression of states and time")
-    return found
+    return crossing
 
 
 def at_side(e: sp.Expr, crossing: sp.Expr, side: sp.Expr) -> sp.Expr:
@@ -64,12 +64,12 @@ def at_side(e: sp.Expr, crossing: sp.Expr, side: sp.Expr) -> sp.Expr:
     """
     e = e.replace(sp.sign, lambda a: sp.Piecewise((-1, a < 0), (1, a > 0), (0, True)))
     e = e.replace(lambda f: isinstance(f, sp.Heaviside), lambda f: sp.Piecewise((0, f.args[0] < 0), (1, True)))
-    found = {}
+    rule = {}
     for relation in e.atoms(sp.core.relational.Relational):
         factor = sp.cancel((relation.lhs - relation.rhs) / crossing)
         if factor.is_number and factor != 0:
-            found[relation] = relation.func(sp.sign(factor) * side, 0)
-    return e.xreplace(found) if found else e
+            rule[relation] = relation.func(sp.sign(factor) * side, 0)
+    return e.xreplace(rule) if rule else e
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""Contacts in the plane: what takes those along a line only says so, the lines along which one is drawn, its speed."""
+"""Contacts that slide in the plane: their refusal by other functions, their lines for drawing, their speed."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -34,9 +34,9 @@ def with_speeds(expr: sp.Expr, name: str, slips: tuple[sp.Expr, sp.Expr]) -> sp.
     """
     square = sp.expand(slips[0] ** 2 + slips[1] ** 2)
     roots = [e for e in expr.atoms(sp.Pow) if e.base.is_Add and (2 * e.exp).is_odd]
-    found: dict[sp.Pow, sp.Expr] = {}
+    rule: dict[sp.Pow, sp.Expr] = {}
     for root in roots:
         factor = sp.cancel(sp.expand(root.base) / square) if root.free_symbols >= square.free_symbols else square
         if factor.is_number and factor.is_positive:
-            found[root] = sp.Pow(factor, root.exp) * slip(name) ** (2 * root.exp)
-    return expr.xreplace(found)
+            rule[root] = sp.Pow(factor, root.exp) * slip(name) ** (2 * root.exp)
+    return expr.xreplace(rule)

@@ -10,9 +10,9 @@ JUMPS = (sp.sign, sp.Heaviside, sp.DiracDelta, sp.floor, sp.ceiling, sp.Mod, sp.
 
 def refuse_jumps(expr: sp.Expr, what: str) -> None:
     """Raise if the expression has a jump; friction enters only through `Contact`."""
-    found = [e for e in parts_of(expr, sp.Function, sp.Mod) if isinstance(e, JUMPS)] or _hidden_signs(expr)
-    if found:
-        raise SceneError(f"{what} contains {found[0]}, which jumps; dry friction enters as a Contact with a law")
+    jumps = [e for e in parts_of(expr, sp.Function, sp.Mod) if isinstance(e, JUMPS)] or _hidden_signs(expr)
+    if jumps:
+        raise SceneError(f"{what} contains {jumps[0]}, which jumps; dry friction enters as a Contact with a law")
 
 
 def _hidden_signs(expr: sp.Expr) -> list[sp.Expr]:
@@ -20,10 +20,10 @@ def _hidden_signs(expr: sp.Expr) -> list[sp.Expr]:
     if not any(isinstance(e, sp.Abs) or abs(e.exp) == sp.Rational(1, 2) for e in parts_of(expr, sp.Abs, sp.Pow)):
         return []
     real = {s: sp.Symbol(s.name, real=True) for s in expr.free_symbols if s.is_extended_real is None}
-    found = []
+    quotients = []
     for product in parts_of(replaced(expr, real), sp.Mul):
         power = dict(factor.as_base_exp() for factor in product.args)
         pairs = [(power.get(e.args[0], sp.Integer(0)), n) for e, n in power.items() if isinstance(e, sp.Abs)]
         if any(m.is_odd and m + n == 0 for m, n in pairs):
-            found.append(product)
-    return sorted(found, key=str)
+            quotients.append(product)
+    return sorted(quotients, key=str)

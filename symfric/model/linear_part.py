@@ -29,7 +29,7 @@ class Row:
 
 @dataclass(frozen=True, eq=False)
 class LinearPart:
-    """What matrices add to a system, ``(mass + M) u' = force - C u - K q - sum_k s_k A_k q + sum_j f_j r_j``.
+    """Terms that matrices add to a system, ``(mass + M) u' = force - C u - K q - sum_k s_k A_k q + sum_j f_j r_j``.
 
     The matrices never become SymPy entries.
 
@@ -91,7 +91,7 @@ def slopes_of(slip: sp.Expr, u: Sequence[sp.Symbol], part: LinearPart | None) ->
 
 
 def with_replaced(part: LinearPart | None, change: Mapping[sp.Basic, sp.Basic]) -> LinearPart | None:
-    """Return a linear part with something else in its expressions."""
+    """Return a linear part with its expressions rewritten."""
     if part is None:
         return None
     scaled = tuple((e.xreplace(dict(change)), A) for e, A in part.scaled)

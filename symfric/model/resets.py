@@ -87,12 +87,12 @@ class Reset:
         """Return the values of a state after the resets, one for all or one for each time."""
         several = isinstance(value, Sequence) and not isinstance(value, str)
         entries: Sequence[object] = value if isinstance(value, Sequence) else [value]
-        found = tuple(expression(e, f"{name} after a reset") for e in entries)
-        if several and len(found) != len(self.at):
-            raise SceneError(f"a reset has {len(self.at)} times and {len(found)} values of {name}; give one for each")
-        for e in found:
+        values = tuple(expression(e, f"{name} after a reset") for e in entries)
+        if several and len(values) != len(self.at):
+            raise SceneError(f"a reset has {len(self.at)} times and {len(values)} values of {name}; give one for each")
+        for e in values:
             refuse_speed(e, f"{name} after a reset")
-        return found
+        return values
 
     def where(self, changes: Mapping[sp.Symbol, sp.Expr]) -> "Reset":
         """Return the reset with other expressions in place of symbols, in what it sets and its guard.

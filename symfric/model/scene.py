@@ -1,56 +1,32 @@
 """A scene: system, contacts, parameter values, initial state, horizon and outputs of one simulation."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.contact_observables import observables_of, vector_words
 from symfric.model.contact_states import with_states, without_states
 from symfric.model.gaps import check_gaps
 from symfric.model.held import Held, in_order
 from symfric.model.in_plane import refuse_planes
 from symfric.model.laws.law import Shape
-from symfric.model.outputs import OF_CONTACTS, Output, OutputOfExpression, read_outputs
+from symfric.model.outputs import Output, OutputOfExpression, read_outputs
 from symfric.model.quantities import is_quantity, number_of, without_units
-from symfric.model.resets import Reset, check_order, check_resets, crossings_of
-from symfric.model.symbols import (
-    SPEED,
-    TIME,
-    Key,
-    counted,
-    expression,
-    finite,
-    legible,
-    listed,
-    mapped,
-    name_of,
-    nearest,
-    refuse_speed,
-    shortened,
-)
+from symfric.model.resets import Reset, check_order, check_resets
+from symfric.model.scene_reading import Parts, by_name, check_output_symbols, read_initial, read_values
+from symfric.model.symbols import TIME, Key, counted, finite, listed, mapped, name_of, nearest, shortened
 from symfric.model.system import Contact, Signal, System
 from symfric.model.units import Units, check_outputs, units_of
-from symfric.model.validation import (
-    check_contacts,
-    check_continuous,
-    check_instants,
-    check_start,
-    check_symbols,
-    check_times,
-    refuse_observables,
-)
+from symfric.model.validation import check_contacts, check_continuous, check_start, check_times
 from symfric.model.written_equations import equations_of, latex_of
 
 if TYPE_CHECKING:
     from symfric.report.study.study import Study
 
-_Value = TypeVar("_Value")
-_OBSERVED = tuple(f"{kind}(" for kind in OF_CONTACTS)  # how the names of their symbols begin
 _NOTHING: Mapping[Any, Any] = MappingProxyType({})
 
 
@@ -162,7 +138,7 @@ class Scene:
             if not isinstance(c, Contact):
                 raise SceneError(f"{c!r} in contacts is no sf.Contact")
         check_contacts(without_states(system), self.contacts)
-        texts = dict(_by_name(units, "units"))
+        texts = dict(by_name(units, "units"))
         for given, what in ((values, "values"), (initial, "initial"), (inputs, "inputs")):
             mapped(given, what, f"{what}={{name: ...}}")
         values, initial = without_units(values, texts), without_units(initial, texts)
@@ -174,10 +150,12 @@ class Scene:
             raise SceneError(f"horizon is {length}; it must be positive")
         self._set("horizon", length)
         self._set("outputs", read_outputs(outputs))
-        self._check_output_symbols()
+        check_output_symbols(self._parts)
         check_times(self.outputs, length)
-        self._read_values(values, initial, inputs)
-        self._read_initial(initial)
+        numbers, signals = read_values(self._parts, values, initial, inputs)
+        self._set("values", numbers)
+        self._set("inputs", signals)
+        self._set("initial", read_initial(self._parts, initial, numbers))
         self._set("units", units if isinstance(units, Units) and len(texts) == len(units) else units_of(self, texts))
         if None not in self.values.values():
             self._check_numbers()
@@ -185,109 +163,13 @@ class Scene:
     def _set(self, name: str, value: object) -> None:
         object.__setattr__(self, name, value)  # assignment in a frozen class
 
-    def _read_values(
-        self, values: Mapping[Key, float | None], initial: Mapping[Any, Any], inputs: Mapping[Key, Signal]
-    ) -> None:
-        given = _by_name(values, "values")
-        if len(given) < len(values):
-            raise SceneError("a parameter is given twice in Scene.values, as a symbol and by name")
-        signals = _by_name(inputs, "inputs")
-        for name, signal in signals.items():
-            if not isinstance(signal, Signal):
-                raise SceneError(f"input {name} is {signal!r}; give a sf.Signal")
-        symbols = self._symbols(self.contacts, initial, self.outputs)
-        if any(s.name.startswith(_OBSERVED) for s in symbols):
-            refuse_observables(self.system, self.contacts, _by_name(initial, "initial"), self.clocked)
-        check_instants(self.clocks, set(self.system.states) | set(self.system.rows))
-        found: dict[str, sp.Symbol] = {}
-        for symbol in sorted(symbols, key=str):
-            found.setdefault(symbol.name, symbol)
-        rows = {s.name: s for s in self.system.rows}
-        allowed = self._state_names() | rows | {name: found.get(name, sp.Symbol(name)) for name in signals}
-        if clash := next((name for name in (*given, *signals) if name in self._state_names()), None):
-            cure = "its start belongs in Scene.initial, not in Scene.values" if clash in given else "rename the input"
-            raise SceneError(f"{clash} is a state; {cure}")
-        reserved = self._contact_symbols() | {TIME.name: TIME}
-        check_symbols(symbols, allowed | reserved, set(given))
-        parameters = set(found) - set(allowed) - set(reserved)
-        self._check_reserved([*given, *signals], found)
-        for name in [*given, *signals]:
-            where = "input" if name in signals else "value"
-            legible(name, f"an {where}" if name in signals else f"a {where}")
-            if name not in found:
-                raise SceneError(f"{where} {name} is used by no expression{nearest(name, parameters)}")
-        numbers = {found[n]: None if v is None else finite(v, f"the value of {n}") for n, v in given.items()}
-        self._set("values", numbers)
-        self._set("inputs", {found[n]: s for n, s in signals.items()})
-
-    def _check_reserved(self, names: Sequence[str], found: Mapping[str, sp.Symbol]) -> None:
-        """Raise if time or the sliding speed is given a value."""
-        in_laws = any(SPEED in e.free_symbols for c in self.contacts for e in c.law.expressions)
-        for name in names:
-            if name == TIME.name:
-                raise SceneError("t is given a value, and is sf.TIME, which runs from 0; rename your symbol t")
-            if name == SPEED.name and name not in found and in_laws:
-                raise SceneError(
-                    "v is given a value, and in a law is sf.SPEED, the sliding speed; rename your symbol v"
-                )
-
-    def _still_used(
-        self, contacts: Sequence[Contact], initial: Mapping[Any, Any], outputs: Mapping[str, Output]
-    ) -> dict[sp.Symbol, float | None]:
-        """Return the values that the scene still uses after some of its parts were replaced."""
-        used = self._symbols(contacts, initial, outputs)
-        return {s: v for s, v in self.values.items() if s in used}
-
-    def _symbols(
-        self, contacts: Sequence[Contact], initial: Mapping[Any, Any], outputs: Mapping[Any, Any]
-    ) -> set[sp.Symbol]:
-        """Return every symbol that some expression uses, the speed inside laws and previous values apart."""
-        wanted = [o.expr for o in outputs.values() if isinstance(o, OutputOfExpression)]
-        starts = [e for e in (*initial.values(), *(h.initial for h in self.held)) if isinstance(e, sp.Expr)]
-        parts = [e.free_symbols for e in (*self.system.expressions, *self.clocked, *wanted, *starts)]
-        return set().union(*parts, *(c.free_symbols for c in contacts)) - {h.previous for h in self.held}
-
-    def _state_names(self) -> dict[str, sp.Symbol]:
-        return {s.name: s for s in self.system.states}
-
-    def _contact_symbols(self) -> dict[str, sp.Symbol]:
-        return {s.name: s for c in self.contacts for s in observables_of(c.name, c.in_plane)}
-
-    def _read_initial(self, initial: Mapping[Key, float | sp.Expr]) -> None:
-        states = self._state_names()
-        given = {s.name: 0.0 for c in self.contacts for s in c.states}
-        for h in self.held:
-            given |= h.starts
-        given |= _by_name(initial, "initial")
-        for name, value in given.items():
-            if name not in states:
-                raise SceneError(f"{name} in Scene.initial is no state{nearest(name, states)}")
-            if isinstance(value, sp.Expr) and value.free_symbols:
-                value = expression(value, f"the initial value of {name}")
-                refuse_speed(value, f"the initial value of {name}")
-                if value.free_symbols - set(self.values):
-                    raise SceneError(f"the initial value of {name} is {value}; it may depend on parameters only")
-                given[name] = value
-            else:
-                given[name] = finite(value, f"the initial value of {name}")
-        if missing := next((name for name in states if name not in given), None):
-            raise SceneError(f"no initial value for {missing}; add it to Scene.initial")
-        self._set("initial", {s: given[s.name] for s in self.system.states})
-
-    def _check_output_symbols(self) -> None:
-        known = self._contact_symbols()
-        for name, output in self.outputs.items():
-            if isinstance(output, OutputOfExpression):
-                for s in output.expr.free_symbols:
-                    if s.name.startswith(_OBSERVED) and s.name not in known:
-                        contacts, bare = [c.name for c in self.contacts], s.name.split("(", 1)[1][:-1]
-                        if bare.removesuffix(", 0").removesuffix(", 1") in contacts:
-                            raise SceneError(vector_words(name, bare))
-                        raise SceneError(f"output {name!r} uses contact {bare!r}{nearest(bare, contacts)}")
+    @property
+    def _parts(self) -> Parts:
+        return Parts(self.system, self.contacts, self.held, self.resets, self.outputs)
 
     def _check_numbers(self) -> None:
         numbers = self.numbers()
-        for what, e in self._named_expressions():
+        for what, e in self._parts.named_expressions():
             check_continuous(e, {k: v for k, v in numbers.items() if k not in self.initial}, what)
         if self.system.linear:
             states, n = [numbers[s] for s in self.system.states], len(self.system.q)
@@ -296,15 +178,6 @@ class Scene:
         check_gaps(self.system, self.contacts, start, self.horizon)
         check_start(self.system, self.contacts, start, self.horizon)
         check_order(self.clocks, numbers)
-
-    def _named_expressions(self) -> Iterator[tuple[str, sp.Expr]]:
-        for i, e in enumerate(self.system.force):
-            yield f"force[{i}]", e
-        for i, e in enumerate(self.system.z_rate[: len(self.system.z) - self.system.made]):
-            yield f"z_rate[{i}]", e
-        for i, e in enumerate(self.system.linear.expressions if self.system.linear else ()):
-            yield f"load[{i}]", e
-        yield from crossings_of(self.clocks)
 
     @alone(SYMBOLIC)
     def numbers(self) -> dict[sp.Symbol, float]:
@@ -343,7 +216,7 @@ class Scene:
     @property
     def clocks(self) -> tuple[Held | Reset, ...]:
         """Held variables and resets."""
-        return (*self.held, *self.resets)
+        return self._parts.clocks
 
     @property
     def timed(self) -> tuple[Held | Reset, ...]:
@@ -353,8 +226,7 @@ class Scene:
     @property
     def clocked(self) -> tuple[sp.Expr, ...]:
         """Every expression of held variables and resets, without previous values."""
-        found = (e for part in self.clocks for e in part.expressions)
-        return tuple(e.xreplace({h.previous: h.symbol for h in self.held}) for e in found)
+        return self._parts.clocked
 
     @property
     def contacts_behind_springs(self) -> tuple[Contact, ...]:
@@ -420,8 +292,8 @@ class Scene:
         -------
         Scene
         """
-        start = _by_name(self.initial, "initial") | _by_name(self._plain(initial), "initial")
-        return replace(self, initial=start, values=self._still_used(self.contacts, start, self.outputs))
+        start = by_name(self.initial, "initial") | by_name(self._plain(initial), "initial")
+        return replace(self, initial=start, values=self._used_values(self._parts, start))
 
     def until(self, horizon: float, outputs: Mapping[str, Output] | None = None) -> "Scene":
         """Return the scene with another horizon.
@@ -472,8 +344,13 @@ class Scene:
         if outputs is self.outputs:
             return replace(self, horizon=horizon)
         check_outputs(self.units, outputs)
-        used = self._still_used(self.contacts, self.initial, outputs)
+        used = self._used_values(replace(self._parts, outputs=outputs), self.initial)
         return replace(self, outputs=outputs, horizon=horizon, values=used)
+
+    def _used_values(self, parts: Parts, initial: Mapping[Any, Any]) -> dict[sp.Symbol, float | None]:
+        """Return the values that are still used with other parts or another start."""
+        used = parts.symbols(initial)
+        return {s: v for s, v in self.values.items() if s in used}
 
     @alone(SYMBOLIC)
     def written_out(self) -> "Scene":
@@ -523,7 +400,8 @@ class Scene:
             )
         refuse_planes(self.contacts, "a regularised law")
         contacts = tuple(replace(c, law=c.law.regularised(v_s, shape)) for c in self.contacts)
-        return replace(self, contacts=contacts, values=self._still_used(contacts, self.initial, self.outputs))
+        used = self._used_values(replace(self._parts, contacts=contacts), self.initial)
+        return replace(self, contacts=contacts, values=used)
 
     @alone(SYMBOLIC)
     def equations(self) -> tuple[sp.Eq, ...]:
@@ -588,7 +466,3 @@ def check_given_loads(scene: Scene, what: str) -> None:
     """Raise if a contact of the scene opens, where a function takes given normal loads only."""
     for c in scene.contacts_that_open:
         raise SceneError(f"{what} takes given normal loads, and contact {c.name!r} opens; simulate it instead")
-
-
-def _by_name(entries: Mapping[Key, _Value], what: str) -> dict[str, _Value]:
-    return {name_of(k): v for k, v in mapped(entries, what, f"{what}={{...}}").items()}

@@ -53,8 +53,8 @@ def with_steps(expr: sp.Expr, what: str) -> sp.Expr:
     conditions = {c for p in parts_of(expr, sp.Piecewise) for _, c in p.args for c in parts_of(c, Relational)}
     phases = {c: _on_phase(c, what) for c in conditions if c.has(sp.Mod) and TIME in c.free_symbols}
     expr = expr.xreplace(phases) if phases else expr
-    found = sorted((e for e in parts_of(expr, *STEPPED) if TIME in e.free_symbols), key=lambda e: e.count_ops())
-    for e in found:  # the inner ones first; what is left of an outer one is found by the call below
+    jumps = sorted((e for e in parts_of(expr, *STEPPED) if TIME in e.free_symbols), key=lambda e: e.count_ops())
+    for e in jumps:  # the inner ones first; what is left of an outer one is found by the call below
         low = sp.S.Zero if isinstance(e, sp.Heaviside) else sp.S.NegativeOne
         return with_steps(expr.xreplace({e: sp.Piecewise((low, e.args[0] < 0), (1, True))}), what)
     _refuse_others(expr, what)

@@ -34,13 +34,13 @@ class Table:
         """Value at zero and slope of every piece, if all are linear in the argument, a symbol."""
         if not isinstance(self.argument, sp.Symbol):
             return None
-        found = []
+        lines = []
         for piece in self.pieces:
             line = _line(piece, self.argument)
             if line is None:
                 return None
-            found.append(line)
-        return tuple(found)
+            lines.append(line)
+        return tuple(lines)
 
 
 @lru_cache(maxsize=256)

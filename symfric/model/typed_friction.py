@@ -25,7 +25,7 @@ def _slips_of(force: sp.Expr, velocities: Collection[sp.Symbol]) -> tuple[sp.Exp
 
     It has no value where the vector is zero. A length with a constant beside it, which never is zero, is none.
     """
-    found = []
+    candidates = []
     for product in parts_of(force, sp.Mul):
         powers = dict(factor.as_base_exp() for factor in product.args)
         for base, exponent in powers.items():
@@ -34,5 +34,5 @@ def _slips_of(force: sp.Expr, velocities: Collection[sp.Symbol]) -> tuple[sp.Exp
             slips = tuple(sorted((e.base for e in base.args), key=str))
             moving = all(s.free_symbols & set(velocities) for s in slips)
             if moving and any(s in powers or -s in powers for s in slips):
-                found.append(slips)
-    return min(found, key=str, default=None)
+                candidates.append(slips)
+    return min(candidates, key=str, default=None)

@@ -364,7 +364,7 @@ def coefficient_of(contact: str, name: str) -> str:
 
 
 def _of_outputs(known: Dimensions, contact: "Contact") -> None:
-    """Give what an output may ask of a contact its dimension."""
+    """Assign dimensions to the symbols of contacts that outputs may contain."""
     load, slip = _load(known, contact), known.of(contact.slip)
     for component in (0, 1) if contact.in_plane else (None,):
         known.define(friction_force(contact.name, component).name, load)

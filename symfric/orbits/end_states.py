@@ -1,4 +1,4 @@
-"""What is read from a scene's equations at the end of a run: modes of the contacts and rates of the states."""
+"""Modes of the contacts and rates of the states at the end of a run, from the equations of a scene."""
 
 import threading
 from typing import Any
@@ -29,7 +29,7 @@ class EndStates:
         self._own = threading.local()
 
     def modes(self, m: np.ndarray) -> tuple[int, ...]:
-        """Return what `symfric.lower.mode_layout.ModeLayout.modes` does, as numbers."""
+        """Evaluate `symfric.lower.mode_layout.ModeLayout.modes` for numbers."""
         values, n = m.tolist(), self._lines
         modes = [0 if values[i] > 0.5 else int(values[self._directions + i]) for i in range(n)]
         modes += [int(values[k]) for k in self._shown]
@@ -47,7 +47,7 @@ class EndStates:
         return result
 
     def _memory(self) -> tuple[list[np.ndarray], np.ndarray, Any, Any]:
-        """Return arguments, result, call, and what owns its memory, of this thread."""
+        """Return this thread's buffers: arguments, result, the call, and the object that owns their memory."""
         if not hasattr(self._own, "kept"):
             made: Any = self._rate.buffer()  # CasADi's annotations of it are wrong
             buffer, evaluate = made

@@ -34,7 +34,7 @@ def gauss() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 class Motion(NamedTuple):
-    """The flow of ``y' = A0 y`` in coordinates in which it turns and shrinks pairs: ``y = X v``.
+    """Flow of ``y' = A0 y`` in real modal coordinates v, ``y = X v``, whose pairs it rotates and scales.
 
     Attributes
     ----------

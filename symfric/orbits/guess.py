@@ -171,8 +171,8 @@ def _jumping(run: Run) -> np.ndarray:
     middle = path.t + 0.5 * path.h
     states = dict(zip(scene.system.states, run(middle), strict=True))
     numbers = {**scene.parameter_values(), **states, TIME: middle}
-    found = [states[h.symbol] for h in scene.held]
+    rows = [states[h.symbol] for h in scene.held]
     for e in (part.crossing for part in scene.clocks if part.crossing is not None):
         symbols = sorted(e.free_symbols, key=str)
-        found.append(np.sign(numeric_function(symbols, e)(*(numbers[s] for s in symbols))))
-    return np.array(found).reshape(len(found), middle.size).T
+        rows.append(np.sign(numeric_function(symbols, e)(*(numbers[s] for s in symbols))))
+    return np.array(rows).reshape(len(rows), middle.size).T

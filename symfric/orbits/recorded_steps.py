@@ -1,4 +1,4 @@
-"""The steps of one run, with the mode of each, for what is computed along a known motion."""
+"""Recorded steps of one run with their modes, for calculations along a known motion."""
 
 from typing import Any, NamedTuple
 

@@ -81,7 +81,7 @@ class _Source:
 
 @dataclass
 class _Names:
-    """What expressions over a structure may contain.
+    """Names that expressions over a structure may contain.
 
     `states` are the coordinates and velocities of degrees of freedom and points by name, `known` also the parameters.
     """

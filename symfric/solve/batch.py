@@ -143,7 +143,7 @@ def _over_cases(name: str, rows: np.ndarray) -> tuple[Any, np.ndarray]:
 
 
 def merged(cases: CaseValues, parts: list[tuple[np.ndarray, Batch]]) -> Batch:
-    """Return the batch of all cases from those of some of them each, told which."""
+    """Return one batch of all cases from batches of some of them, and their places."""
 
     def joined(of: Callable[[Batch], Mapping[str, np.ndarray]]) -> dict[str, np.ndarray]:
         names = dict.fromkeys(name for _, part in parts for name in of(part))
@@ -177,14 +177,14 @@ def reached(status: np.ndarray) -> np.ndarray:
 
 
 class _Rows(NamedTuple):
-    """What was found of the rows of all runs, by the names that `symfric.solve.run.Raw` has for one."""
+    """Observables of all runs, under the names that `symfric.solve.run.Raw` has for one run."""
 
     rows: Mapping[str, Any]
     rest: np.ndarray
 
 
 class _Runs(NamedTuple):
-    """What outputs read, by the names that a `Run` has for one."""
+    """All runs as outputs read them, under the names that a `Run` has for one."""
 
     final: np.ndarray
     raw: _Rows
@@ -247,8 +247,8 @@ def batch_of_runs(
             crew.shutdown(cancel_futures=True)
 
     runs: list[Run] = []
-    with until_interrupted("map"), closing(all_runs()) as found:
-        for finished in found:
+    with until_interrupted("map"), closing(all_runs()) as stream:
+        for finished in stream:
             runs.append(finished)
             tell("", len(runs) / cases.size)
             if progress is not None:

@@ -1,4 +1,4 @@
-"""What varies over many cases of one scene, read as a user gives it."""
+"""Values that vary over many cases of one scene, read as a user gives them."""
 
 import os
 from collections.abc import Mapping
@@ -13,7 +13,7 @@ NOT_COMPUTED = -3  # code of a case that was not reached, besides those of Statu
 
 
 class CaseValues(NamedTuple):
-    """What varies from case to case.
+    """Values and starts that vary from case to case.
 
     Attributes
     ----------

@@ -26,11 +26,11 @@ class GapStarts:
     def __init__(self, scene: Scene) -> None:
         self._scene = scene
         self._opening = [(c.name, c.unilateral) for c in scene.contacts if c.unilateral is not None]
-        found: set[sp.Symbol] = set().union(*(u.free_symbols for _, u in self._opening))
+        used: set[sp.Symbol] = set().union(*(u.free_symbols for _, u in self._opening))
         known = {*scene.values, *scene.system.states}
-        self._symbols = tuple(sorted(found & known, key=str))
-        self._signals = {s: float(signal(0.0)) for s, signal in scene.inputs.items() if s in found}
-        self._whole = found <= known | {TIME} | self._signals.keys()  # not the rows of a structure
+        self._symbols = tuple(sorted(used & known, key=str))
+        self._signals = {s: float(signal(0.0)) for s, signal in scene.inputs.items() if s in used}
+        self._whole = used <= known | {TIME} | self._signals.keys()  # not the rows of a structure
         self.names = frozenset(s.name for s in self._symbols) if self._whole else frozenset()
 
     @cached_property

@@ -58,10 +58,10 @@ def struck(
     for k in np.flatnonzero(jumps > _JUMP * np.max(np.abs(starts[velocities]))).tolist():
         before, after, t = arrived.get(k, ends[:, k]), starts[:, k], path.t[k + 1]
         p = parameters(np.array([t]))[:, 0]
-        found = dict(zip(names, (np.array(e).ravel() for e in impact(before, t, p, data)), strict=True))
-        touching = found["gap"] <= _TOUCHES * (found["size"] + np.abs(found["rate"]) * run.t_final)
+        quantities = dict(zip(names, (np.array(e).ravel() for e in impact(before, t, p, data)), strict=True))
+        touching = quantities["gap"] <= _TOUCHES * (quantities["size"] + np.abs(quantities["rate"]) * run.t_final)
         touching |= closed[k] | closed[k + 1]
-        spread = found["spread"].reshape(-1, n_u).T
+        spread = quantities["spread"].reshape(-1, n_u).T
         n_c = spread.shape[1] - n
         near = {line for line, close in zip(owners, touching, strict=True) if close}
         rubs = [i in near or (i in second and i - 1 in near) for i in range(n_c)]

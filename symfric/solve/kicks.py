@@ -69,8 +69,8 @@ def brought(
     state = before.copy()
 
     def take(cases: np.ndarray, columns: np.ndarray) -> None:
-        found = np.array(after_all(state[:, cases], times[None, cases], p[:, cases]))
-        state[:, cases] = found.reshape(len(state), cases.size, -1)[:, np.arange(cases.size), columns]
+        kicked = np.array(after_all(state[:, cases], times[None, cases], p[:, cases]))
+        state[:, cases] = kicked.reshape(len(state), cases.size, -1)[:, np.arange(cases.size), columns]
 
     listed = [[column for _, column in sorted(due.get(k, []))] for k in ends.tolist()]
     for turn in range(max(map(len, listed))):

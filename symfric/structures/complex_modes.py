@@ -30,6 +30,12 @@ _LAST = 1e-3  # by which a shift is moved at the most
 _CLOSE = 1e-9  # of a shift: distance from an eigenvalue
 _SEED = 3  # fixed, so that the same structure gives the same modes
 _RIGID = 1e-11  # of the sum of the magnitudes of its terms: strain energy that is zero
+# of the largest squared frequency: a shift nearer to zero is moved below it, where the stiffness of a free body
+# has an inverse
+_FREE = 1e-8
+_NEAR_ZERO = 1e-5, 0.1  # of the largest frequency: shifts up to which zero, or conjugates, lie among the nearest values
+_LARGEST = 0.999  # of the largest entry of a shape: equal up to rounding, so that the first of equal ones sets the sign
+_SLOW = 1e-9  # of the same sum: kinetic energy of a mode that does not move by itself
 _UPPER = 1e-9  # of an eigenvalue: an imaginary part below which it is real
 
 
@@ -125,7 +131,7 @@ class Pencil:
         return sps.csr_array(A if self.C is None else A + value * self.C)
 
     def residuals(self, values: np.ndarray, shapes: np.ndarray) -> np.ndarray:
-        """Return for each pair what is left of zero, over the terms that cancel."""
+        """Return the residual of each eigenpair, relative to the terms that cancel in it."""
         left, size = self.A @ shapes + (self.M @ shapes) * values**2, abs(self.A) @ np.abs(shapes)
         size = size + (abs(self.M) @ np.abs(shapes)) * np.abs(values) ** 2
         if self.C is not None:
@@ -178,7 +184,7 @@ def _undamped(pencil: Pencil, count: int, near: complex) -> tuple[np.ndarray, np
     else:
         target = target.real if abs(target.imag) <= 1e-14 * abs(target) else target
         size = float(np.max(pencil.A.diagonal() / pencil.M.diagonal()))
-        s = target if abs(target) > 1e-8 * size else -1e-8 * size  # stiffness of a body that is free has no inverse
+        s = target if abs(target) > _FREE * size else -_FREE * size
         k, kind = min(count + _EXTRA, n - 2), complex if np.iscomplexobj(s) else float
 
         def nearest(s: complex) -> tuple[np.ndarray, np.ndarray]:
@@ -200,8 +206,10 @@ def _damped(pencil: Pencil, count: int, near: complex) -> tuple[np.ndarray, np.n
         values, vectors = sla.eig(left, sla.block_diag(one, M.toarray()))
         return _upper(values, vectors[:n])
     size = float(np.sqrt(np.max(np.abs(pencil.A.diagonal()) / M.diagonal())))
-    low = abs(near) <= 1e-5 * size
-    asked = (count if abs(near) > 0.1 * size else 2 * count) + _EXTRA  # of values near zero the conjugate is as near
+    low = abs(near) <= _NEAR_ZERO[0] * size
+    asked = (
+        count if abs(near) > _NEAR_ZERO[1] * size else 2 * count
+    ) + _EXTRA  # of values near zero the conjugate is as near
 
     def nearest(s: complex) -> tuple[np.ndarray, np.ndarray]:
         solve = _inverse(pencil.at(s))
@@ -215,7 +223,7 @@ def _damped(pencil: Pencil, count: int, near: complex) -> tuple[np.ndarray, np.n
         inverse, vectors = largest(operator, 2 * n, min(asked, 2 * n - 2), float if low else complex)
         return s + 1 / inverse, vectors
 
-    values, vectors = _beside(nearest, 1e-5 * size if low else near)
+    values, vectors = _beside(nearest, _NEAR_ZERO[0] * size if low else near)
     return _upper(values, vectors[:n])
 
 
@@ -232,7 +240,7 @@ def _slowest(solve: Callable[..., Any], M: sps.csr_array) -> float:
 def _beside(
     nearest: Callable[[complex], tuple[np.ndarray, np.ndarray]], shift: complex
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the eigenpairs nearest to a shift, which is moved if it is an eigenvalue: beside it the others drown."""
+    """Return the eigenpairs nearest to a shift, which is moved off an eigenvalue, whose pole would hide the others."""
     for moved in (0.0, 1e-5, 1e-4, _LAST):
         at = shift * (1 + moved)
         with contextlib.suppress(ZeroDivisionError, *([NotFound] if moved < _LAST else [])):
@@ -266,7 +274,7 @@ def _inverse(A: sps.csr_array) -> Callable[[np.ndarray], np.ndarray]:
 
 
 def _upper(values: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return what lies in the upper half plane or on the real axis."""
+    """Return the eigenpairs in the upper half plane or on the real axis."""
     finite = np.isfinite(values) & (values.imag >= -_UPPER * np.abs(values))
     values, shapes = values[finite], shapes[:, finite]
     real = np.abs(values.imag) <= _UPPER * np.abs(values)
@@ -276,11 +284,11 @@ def _upper(values: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarr
 def _cleared(pencil: Pencil, values: np.ndarray, shapes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return eigenvalues with the zeros of rigid motions, and shapes of length 1 with a real largest entry."""
     shapes = shapes / np.linalg.norm(shapes, axis=0)
-    largest = np.argmax(np.abs(shapes) > 0.999 * np.max(np.abs(shapes), axis=0), axis=0)
+    largest = np.argmax(np.abs(shapes) > _LARGEST * np.max(np.abs(shapes), axis=0), axis=0)
     top = shapes[largest, np.arange(shapes.shape[1])]
     shapes = shapes * (np.abs(top) / top)
     strain = np.abs(np.sum(shapes.conj() * (pencil.A @ shapes), axis=0))
     terms = np.sum(np.abs(shapes) * (abs(pencil.A) @ np.abs(shapes)), axis=0)
-    slow = np.abs(values) ** 2 * np.sum(np.abs(shapes) * (abs(pencil.M) @ np.abs(shapes)), axis=0) <= 1e-9 * terms
+    slow = np.abs(values) ** 2 * np.sum(np.abs(shapes) * (abs(pencil.M) @ np.abs(shapes)), axis=0) <= _SLOW * terms
     values = np.where((strain <= _RIGID * terms) & slow, 0.0, values)
     return values, shapes

@@ -32,6 +32,11 @@ _APART = 2.0  # of their influence on each other: distance at which two eigenval
 _SURE = 2.0  # of the error estimate: distance from the axis
 _BENT = 0.02  # of the change on a step: what may be added to the error estimate, which can vanish by accident
 _TURNED = 1e-4  # of the largest eigenvalue: what a double zero changes by over the shortest step
+_SMOOTH = 0.1  # of the change on a step: error up to which the path counts as that of one smooth eigenvalue
+_SAME = 1e-6  # of the frequency: crossings closer than this at one mu are one
+_BEYOND = 1e-3  # of the step: how far outside of it Newton's method may go, since the ends are only as good as rounding
+_NEWTON = 12  # most steps of Newton's method for one crossing; it converges quadratically from the secant
+_STEADY = 4e-16, 1e-15  # last step relative to the range, and growth relative to the size, that rounding leaves
 _LOW = 1e-7  # of the largest frequency: what is slower is divergence
 
 
@@ -63,7 +68,7 @@ class _Node(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class _Family:
-    """``A0 + mu A1`` with what its eigenvalues stand for: lambda, or without damping ``-lambda^2`` or ``lambda/i``."""
+    """Matrices ``A0 + mu A1`` whose eigenvalues are lambda, or without damping ``-lambda^2`` or ``lambda/i``."""
 
     A0: np.ndarray
     A1: np.ndarray
@@ -167,13 +172,13 @@ class _Search:
         return self.family.node(mu)
 
     def _distinct(self) -> list[Crossing]:
-        """Return what was found without what two steps found at their common end."""
+        """Return the crossings, each once: two steps may both find one at their common end."""
         kept: list[Crossing] = []
         width = 2 * _SHORT * (self.high - self.low)
         slow = _LOW * self.family.omega(self.size)
         for new in sorted(self.crossings):
             if new.omega > slow and not any(
-                new.begins == e.begins and new.mu - e.mu <= width and abs(new.omega - e.omega) <= 1e-6 * e.omega
+                new.begins == e.begins and new.mu - e.mu <= width and abs(new.omega - e.omega) <= _SAME * e.omega
                 for e in kept
             ):
                 kept.append(new)
@@ -182,7 +187,7 @@ class _Search:
     # With damping: the real part of an eigenvalue
 
     def _damped(self, a: _Node, b: _Node, last: bool) -> bool:
-        """Take a step if it is clear what happens on it; return whether it was."""
+        """Record the crossings on a step if their number is certain; return whether it is."""
         h, floor = b.mu - a.mu, _FLOOR * self.size
         ends = a.values.real, b.values.real
         lowest, highest, turns = _cubic(*ends, h * a.change.real, h * b.change.real)
@@ -196,7 +201,7 @@ class _Search:
         for i in np.flatnonzero(~clear).tolist():
             before = _sign(ends[0][i], a.change[i].real, floor, -1)
             after = _sign(ends[1][i], b.change[i].real, floor, 1)
-            smooth = not np.any(near[i]) and error[i] <= 0.1 * abs(ends[1][i] - ends[0][i])
+            smooth = not np.any(near[i]) and error[i] <= _SMOOTH * abs(ends[1][i] - ends[0][i])
             if before == after and not last:
                 return False
             if before != after and not ((smooth and not turns[i] and self._refined(a, b, i)) or last):
@@ -211,9 +216,10 @@ class _Search:
         """Add the crossing of eigenvalue i, by Newton's method; return whether it lies on the step."""
         rise = (b.values[i] - a.values[i]).real
         part = min(max(-a.values[i].real / rise, 0.0), 1.0) if rise else 0.5
-        mu, guess, slack = a.mu + part * (b.mu - a.mu), a.values[i] + part * (b.values[i] - a.values[i]), 1e-3
-        width = slack * (b.mu - a.mu)
-        for _ in range(12):
+        # start on the secant: Newton's method then stays with this eigenvalue, which the nearest value identifies
+        mu, guess = a.mu + part * (b.mu - a.mu), a.values[i] + part * (b.values[i] - a.values[i])
+        width = _BEYOND * (b.mu - a.mu)
+        for _ in range(_NEWTON):
             node = self.family.node(mu)
             k = int(np.argmin(np.abs(node.values - guess)))
             value, change = complex(node.values[k]), complex(node.change[k])
@@ -223,7 +229,10 @@ class _Search:
             if not a.mu - width <= mu + move <= b.mu + width:
                 return False
             mu, guess = mu + move, value + move * change
-            if abs(move) <= 4e-16 * max(abs(self.low), abs(self.high)) or abs(value.real) <= 1e-15 * self.size:
+            if (
+                abs(move) <= _STEADY[0] * max(abs(self.low), abs(self.high))
+                or abs(value.real) <= _STEADY[1] * self.size
+            ):
                 break
         if abs(value.real) > 10 * _FLOOR * self.size:
             return False
@@ -234,7 +243,7 @@ class _Search:
     # Without damping: the discriminant of a pair
 
     def _neutral(self, a: _Node, b: _Node, last: bool) -> bool:
-        """Take a step if it is clear which pairs merge or part on it; return whether it was."""
+        """Record the pairs that merge or part on a step if they are certain; return whether they are."""
         h, floor = b.mu - a.mu, (_FLOOR * self.size) ** 2
         real = [np.abs(e.values.imag) <= _REAL * self.size for e in (a, b)]
         if last:
@@ -242,9 +251,10 @@ class _Search:
             return True
         left = int(np.sum(real[0]) - np.sum(real[1])) // 2  # pairs that leave the axis
         rows, columns = np.nonzero(np.triu(_close(a, b), 1))
+        # the squared difference (discriminant) is smooth where two eigenvalues merge; the eigenvalues have a root there
         first, second = ((e.values[rows] - e.values[columns]) ** 2 for e in (a, b))
         slopes = [2 * h * (e.values[rows] - e.values[columns]) * (e.change[rows] - e.change[columns]) for e in (a, b)]
-        real_valued = np.maximum(np.abs(first.imag), np.abs(second.imag)) <= 1e-6 * (np.abs(first) + np.abs(second))
+        real_valued = np.maximum(np.abs(first.imag), np.abs(second.imag)) <= _SAME * (np.abs(first) + np.abs(second))
         noise = np.maximum(np.abs(first), np.abs(second)) <= floor
         lowest, highest, turns = _cubic(first.real, second.real, *(e.real for e in slopes))
         error = np.abs(second - first - 0.5 * (slopes[0] + slopes[1]))
@@ -255,7 +265,7 @@ class _Search:
             if max(lowest[k], -highest[k]) > _SURE * error[k] + _BENT * (highest[k] - lowest[k]):
                 continue
             start, end = first[k].real, second[k].real
-            if (start >= 0) == (end >= 0) or turns[k] or error[k] > 0.1 * abs(end - start):
+            if (start >= 0) == (end >= 0) or turns[k] or error[k] > _SMOOTH * abs(end - start):
                 return False
             if not self._merged(a, b, int(rows[k]), int(columns[k])):
                 return False

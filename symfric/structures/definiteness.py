@@ -1,4 +1,4 @@
-"""What the matrices of a structure prove of its stability without any eigenvalue of the damped system.
+"""Stability of a structure by the definiteness of its matrices, without eigenvalues of the damped system.
 
 For a motion ``phi e^(lambda t)`` with ``phi^* M phi = 1`` the numbers ``c, k`` (real, of the symmetric parts of C and
 A = K + mu F) and ``g, n`` (of their skew parts) satisfy ``lambda^2 + (c + i g) lambda + k + i n = 0``. Both roots decay
@@ -17,11 +17,12 @@ from symfric.structures.complex_modes import Pencil
 from symfric.structures.factors import definite
 
 _DENSE = 60  # degrees of freedom up to which all eigenvalues are computed
+_ITERATED = 1e-8  # relative error of an iterated eigenvalue, taken off on the side on which the proof stays valid
 _SYMMETRIC = 1e-14  # relative size of a skew part that is rounding of the assembly
 
 
 class Verdict(NamedTuple):
-    """What the symmetric parts prove.
+    """Stability as the definiteness of symmetric parts proves it.
 
     Attributes
     ----------
@@ -68,7 +69,7 @@ def _least(A: sps.csr_array, M: sps.csr_array) -> float:
         return float(sla.eigh(A.toarray(), M.toarray(), eigvals_only=True)[0])
     (value,) = spla.eigsh(sps.csc_matrix(A), 1, sps.csc_matrix(M), sigma=0.0, return_eigenvectors=False)
     # a proof needs a lower bound, and a Ritz value of a definite matrix never lies below the least eigenvalue
-    return float(value) * (1 - 1e-8)
+    return float(value) * (1 - _ITERATED)
 
 
 def _largest_skew(N: sps.csr_array, M: sps.csr_array) -> float:
@@ -80,4 +81,4 @@ def _largest_skew(N: sps.csr_array, M: sps.csr_array) -> float:
     (value,) = spla.eigsh(square, 1, sps.csc_matrix(M), Minv=spla.LinearOperator(N.shape, factors.solve, dtype=float),
                           return_eigenvectors=False)  # fmt: skip
     # a proof needs an upper bound, and a Ritz value never lies above the largest eigenvalue
-    return float(np.sqrt(max(value, 0.0))) * (1 + 1e-8)
+    return float(np.sqrt(max(value, 0.0))) * (1 + _ITERATED)

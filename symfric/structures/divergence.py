@@ -80,7 +80,7 @@ def _free(K: sps.csr_array, F: sps.csr_array, mu: float) -> int:
 def _held(
     K: sps.csr_array, F: sps.csr_array, free: int, size: float, draw: Any
 ) -> tuple[sps.csc_matrix, sps.csc_matrix]:
-    """Return the matrices with one more row and column at random for each motion without stiffness."""
+    """Return the matrices bordered by a random row and column for each motion without stiffness."""
     if not free:
         return K, F
     n = K.shape[0]

@@ -177,7 +177,7 @@ def flutter(
 
 
 def _with(grid: np.ndarray, points: list[float]) -> np.ndarray:
-    """Return a grid with some points more, those of the grid beside them left out."""
+    """Return a grid with additional points, which replace the grid points beside them."""
     width = _SAME * (grid[-1] - grid[0])
     inner = [mu for mu in sorted(set(points)) if np.min(np.abs(grid - mu)) > width]
     return np.sort(np.concatenate([grid, inner]))

@@ -17,6 +17,8 @@ from symfric.structures.tracking import Followed, assurance
 
 _NEUTRAL = 1e-5  # of an eigenvalue: a real part that a merging pair may have through rounding
 _ROUNDING = 8 * np.finfo(float).eps  # of the terms that cancel in an eigenvalue: growth, or decay, that is rounding
+_EQUAL = 1e-9  # of the largest squared frequency: difference of two that is rounding
+_OFF = 1e-4  # relative distance of a shift from the mean frequency of a pair, which may be an eigenvalue itself
 _TURN = 0.5  # of its neighbours: least discriminant, or decay, that may hide a change of sign between the grid
 
 
@@ -151,7 +153,7 @@ class FollowedSearch:
     def _pair(self, i: int, j: int, k: int, mu: float) -> np.ndarray:
         """Return the squares ``-lambda^2`` of the pair whose space at grid point k the modes i, j span, shape (2,)."""
         known = np.linalg.qr(self.seen.shapes[k][:, [i, j]])[0]
-        middle = 1j * float(np.sqrt(np.mean(np.abs(self.seen.values[[i, j], k]) ** 2))) * (1 + 1e-4)
+        middle = 1j * float(np.sqrt(np.mean(np.abs(self.seen.values[[i, j], k]) ** 2))) * (1 + _OFF)
         new, shapes = eigenpairs(self.structure.pencil(mu), min(5, self.structure.n), middle)
         like = np.linalg.norm(known.conj().T @ shapes, axis=0)
         apart = np.abs(np.abs(new) - middle.imag) / middle.imag
@@ -174,7 +176,7 @@ class FollowedSearch:
 
     def _short_changes(self, growing: np.ndarray) -> list[tuple[Critical, bool]]:
         """Return flutter that begins and ends between two grid points, where the discriminant of a pair is least."""
-        mu, changes, least = self.seen.mu, [], (1e-9 * self.size**2) ** 2
+        mu, changes, least = self.seen.mu, [], (_EQUAL * self.size**2) ** 2
         for i, j, k in self._near_pairs(growing):
             place, value = self._least(i, j, k)
             if value < -least:
@@ -199,7 +201,7 @@ class FollowedSearch:
                 if growing[[i, j], k - 1 : k + 2].any():
                     continue
                 a, b, c = ((squares[i, e] - squares[j, e]) ** 2 for e in (k - 1, k, k + 1))
-                if a >= b <= c and max(a, c) > b and b < _TURN * min(a, c) and b > (1e-9 * self.size**2) ** 2:
+                if a >= b <= c and max(a, c) > b and b < _TURN * min(a, c) and b > (_EQUAL * self.size**2) ** 2:
                     yield i, j, k
 
 

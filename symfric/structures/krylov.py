@@ -81,7 +81,7 @@ def arnoldi(
     tolerance: float = _TIGHT,
     limit: int = 0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the k eigenpairs of largest magnitude to which random vectors lead.
+    """Return k eigenpairs of largest magnitude by Arnoldi iteration from random vectors.
 
     Raises
     ------

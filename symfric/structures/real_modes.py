@@ -24,6 +24,10 @@ from symfric.structures.factors import factorised, negative_pivots
 _DENSE = 60  # degrees of freedom up to which all modes are computed
 _EXTRA = 4  # modes computed beside those wanted, among which a gap is looked for
 _GAP = 1e-6  # relative, between eigenvalues that a shift can tell apart
+_BELOW = 1e-10  # of the largest eigenvalue: shift below zero, where the stiffness of a free body has an inverse
+_MOVED = 1e-7, 1e-9  # of a shift, and of the largest eigenvalue: by which a shift at an eigenvalue is moved
+_LARGEST = 0.999  # of the largest entry of a shape: equal up to rounding, so that the first of equal ones sets the sign
+_RIGID = 1e-12, 1e-18  # of the terms that cancel in phi^T K phi, and of the largest eigenvalue: squares that are zero
 _TURNS = 12  # most searches for modes that the count by Sylvester's law of inertia says are missing
 _SEED = 7  # fixed, so that the same structure gives the same modes
 
@@ -174,14 +178,14 @@ def _invertible(K: sps.csr_array, M: sps.csr_array, near: float) -> Any:
     size = _typical(K, M)
     shift = near**2
     if near == 0:  # just below, where the stiffness of a body that is free can be inverted as well
-        shift = -1e-10 * size
+        shift = -_BELOW * size
     for _ in range(8):
         factors = factorised(K - shift * M)
         if factors is not None:
             pivots = np.abs(factors.U.diagonal())
             if np.all(np.isfinite(pivots)) and np.min(pivots) > 0:
                 return shift, factors.solve
-        shift = shift * (1 + 1e-7) - 1e-9 * size
+        shift = shift * (1 + _MOVED[0]) - _MOVED[1] * size
     raise NotFound(f"K - omega^2 M cannot be factorised near omega = {near}; choose another `near`")
 
 
@@ -252,10 +256,10 @@ def _finished(
 ) -> Modes:
     """Return modes with the zeros of rigid motions, signs and residuals."""
     shapes = shapes / np.sqrt(np.sum(shapes * (M @ shapes), axis=0))
-    largest = np.argmax(np.abs(shapes) > 0.999 * np.max(np.abs(shapes), axis=0), axis=0)
+    largest = np.argmax(np.abs(shapes) > _LARGEST * np.max(np.abs(shapes), axis=0), axis=0)
     shapes = shapes * np.sign(shapes[largest, np.arange(shapes.shape[1])])
     strain = np.sum(np.abs(shapes) * (abs(K) @ np.abs(shapes)), axis=0)  # what cancels in phi^T K phi
-    values = np.where(np.abs(values) <= np.maximum(1e-12 * strain, 1e-18 * _typical(K, M)), 0.0, values)
+    values = np.where(np.abs(values) <= np.maximum(_RIGID[0] * strain, _RIGID[1] * _typical(K, M)), 0.0, values)
     if np.any(values < 0):
         raise NotFound(
             f"K is not positive semidefinite: omega^2 = {values.min():.6g}; the structure buckles before it vibrates"

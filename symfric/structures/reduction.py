@@ -1,4 +1,4 @@
-"""Reduction of a structure to what its contacts feel: kept rows, and modes with these held.
+"""Craig-Bampton reduction of a structure: kept rows, and modes with these rows held.
 
 With kept rows ``y = R q`` the degrees of freedom are written as ``q = Psi y + Phi p``: Psi are the static shapes that
 give one kept row the value 1 and the others 0 (the constraint modes), Phi the lowest modes with all of them zero (the

@@ -80,7 +80,7 @@ def kept_rows(structure: "Structure", keep: Any) -> tuple[list[str], np.ndarray]
 
 
 def _each_row(keep: Any) -> Iterator[Any]:
-    """Yield what names or is a row; of a contact its slip and its load."""
+    """Yield names of rows or rows; of a contact those of its slip and its load."""
     for entry in keep.toarray() if sps.issparse(keep) else keep:
         if hasattr(entry, "kept"):
             yield from entry.kept

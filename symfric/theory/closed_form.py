@@ -66,7 +66,7 @@ def _completed(function: Callable[..., Any]) -> str:
 
 
 def needed(value: Any, name: str) -> Any:
-    """Return an argument that only the formula does without."""
+    """Return an argument that a number requires and the symbolic formula does not; raise if it is missing."""
     if value is None:
         raise SceneError(f"no {name}; give a number, or ask for the formula with symbolic=True")
     return value

@@ -21,6 +21,12 @@ from symfric.theory.stability import linearise
 _HALVINGS = 50  # of a bracket within which an equilibrium ends
 _BEYOND = 1e-4  # distance beyond, relative to the bracket, at which the equilibrium is sought once more
 _SMALL = 0.05  # eigenvalue of the last equilibrium found before a fold, relative to the largest
+_ASIDE = 1e-9  # distance from a crossing, relative to the bracket, at which a jump of the growth rate is looked for
+_JUMP = 1e-3  # change of the growth rate over it, relative to the largest eigenvalue, that is a jump
+_REAL = 1e-6  # imaginary part of the crossing eigenvalue, relative to the largest, below which it counts as real
+_TOGETHER = 1e-9  # growth rate, relative to the largest eigenvalue, above which a further pair crosses as well
+_ELSEWHERE = 0.1  # distance of two equilibria, relative to their size, that are not the same one moved a little
+_ABSENT = 1e-10  # share of the first coordinate in the oscillation, by energy, that is rounding
 DEGENERATE = 1e-9  # cubic coefficient relative to the sum of its terms' magnitudes that counts as zero
 NEUTRAL = 1e-12  # growth rate relative to the largest eigenvalue that counts as zero
 # distances from a zero of the growth rate, relative to the bracket, at which its sign is read
@@ -121,22 +127,22 @@ def hopf(scene: Scene, parameter: Key, bracket: tuple[float, float]) -> HopfPoin
         raise SceneError(f"the bracket of {symbol.name} is ({low:g}, {high:g}); give (low, high) with low < high")
     field, leading = _tracker(scene, symbol, low, high)
     value = _crossing(leading, symbol.name, low, high)
-    step = 1e-9 * (high - low)
+    step = _ASIDE * (high - low)
     (before, size_1, *_), (after, size_2, *_) = (leading(float(np.clip(value + d, low, high))) for d in (-step, step))
     eigenvalue, size, x, p = leading(value)
     _check_sides(leading, symbol.name, value, (low, high))
-    if abs(after.real - before.real) > 1e-3 * min(size_1, size_2):
+    if abs(after.real - before.real) > _JUMP * min(size_1, size_2):
         raise NotFound(
             f"the growth rate jumps at {symbol.name} = {value:.12g}, from {before.real:.3g} to {after.real:.3g}: "
             "a law or a force has a kink there, or another equilibrium takes over"
         )
-    if abs(eigenvalue.imag) < 1e-6 * size:
+    if abs(eigenvalue.imag) < _REAL * size:
         raise NotFound(
             f"a real eigenvalue crosses zero at {symbol.name} = {value:.12g}: a branch point, where another "
             "equilibrium crosses and steady sliding is lost without oscillation; this is no Hopf point"
         )
     a, terms = cubic_coefficient(field, p, x)
-    together = np.sum(np.linalg.eigvals(linearise(field, p, x)[3]).real > -1e-9 * size) > 2
+    together = np.sum(np.linalg.eigvals(linearise(field, p, x)[3]).real > -_TOGETHER * size) > 2
     flat = together or abs(a) <= DEGENERATE * terms
     kind: Literal["supercritical", "subcritical", "degenerate"]
     kind = "degenerate" if flat else ("supercritical" if a < 0 else "subcritical")
@@ -239,7 +245,7 @@ def _followed(
         else:
             high = middle
     beyond = leading(min(high + _BEYOND * (bracket[1] - bracket[0]), bracket[1]), x)[2]
-    ends = np.linalg.norm(beyond - x) > 0.1 * max(np.linalg.norm(beyond), np.linalg.norm(x))
+    ends = np.linalg.norm(beyond - x) > _ELSEWHERE * max(np.linalg.norm(beyond), np.linalg.norm(x))
     if ends and eigenvalue.imag == 0 and abs(eigenvalue) < _SMALL * size:
         raise NotFound(
             f"steady sliding ends at a fold at {name} = {high:.9g}, where a real eigenvalue reaches zero and beyond "
@@ -262,13 +268,14 @@ def cubic_coefficient(field: Field, p: np.ndarray, x: np.ndarray) -> tuple[float
     M, _, _, A = linearise(field, p, x)
     B, C = multilinear(field, p, x, M, A)
     values, right = np.linalg.eig(A)
+    # of the leading pair the eigenvalue with the positive imaginary part, which rounding of the real parts may hide
     k = int(np.argmax(values.real + (values.imag > 0) * 1e-6 * np.max(np.abs(values))))
     omega, q = abs(values[k].imag), right[:, k] if values[k].imag > 0 else right[:, k].conj()
     duals, left = np.linalg.eig(A.T)
     w = left[:, int(np.argmin(np.abs(duals + 1j * omega)))]
     w = w / np.conj(np.vdot(w, q))
     weighed = np.sqrt(np.abs(np.diag(M))) * np.abs(q[: len(M)])  # energies compare coordinates of different units
-    if weighed[0] < 1e-10 * np.linalg.norm(weighed):
+    if weighed[0] < _ABSENT * np.linalg.norm(weighed):
         raise NotFound(
             f"coordinate {field.states[0].name} takes no part in the oscillation; first_lyapunov measures its "
             "amplitude, so write one that does as the first coordinate"

@@ -95,14 +95,14 @@ class Field:
 
     def speeds(self, x: np.ndarray, p: np.ndarray) -> list[float]:
         """Return the slip of every contact, of those in the plane the speed."""
-        slips, found = self.slips(x, p), []
+        slips, speeds = self.slips(x, p), []
         rows = iter(range(len(slips)))
         for k in rows:
             if k in self.planes:
-                found.append(float(np.hypot(slips[k], slips[next(rows)])))
+                speeds.append(float(np.hypot(slips[k], slips[next(rows)])))
             else:
-                found.append(float(slips[k]))
-        return found
+                speeds.append(float(slips[k]))
+        return speeds
 
     def vector(self, values: Values) -> np.ndarray:
         """Return the parameters as a vector in the order of `parameters`."""

@@ -15,6 +15,13 @@ from symfric.model.results import IN_WORDS, ArrayResult, Drawable, Labelled
 from symfric.model.symbols import Key, name_of, nearest
 from symfric.search import zero
 
+_ANY_UNIT = np.geomspace(1e-40, 1e40, 641)  # amplitudes in whatever unit, eight to a decade
+_BENT = 0.5  # relative change of the relative rate that tells the scale of the amplitudes
+_AROUND = 1e-6, 1e3  # of the least and of the largest amplitude at which the formula changes: where zeros are sought
+_DENSITY = 120  # amplitudes in a decade of the search
+_BESIDE = 10.0 ** np.linspace(-14, -0.5, 82)  # distances from such an amplitude, where the rate may have a root of it
+_NOISE = 1e-13  # of the median relative rate: a rate below it is rounding, whose sign means nothing
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SlowFlow(ArrayResult, Drawable):
@@ -129,14 +136,14 @@ class SlowFlow(ArrayResult, Drawable):
 
 def _where_it_bends(rate: Callable[..., Any]) -> float:
     """Return about the least amplitude at which the relative rate deviates from that of small amplitudes; else 1."""
-    grid = np.geomspace(1e-40, 1e40, 641)
+    grid = _ANY_UNIT
     with np.errstate(all="ignore"):
         relative = rate(grid) / grid
     known = np.flatnonzero(np.isfinite(relative))
     if not known.size:
         return 1.0
     first = relative[known[0]]
-    bent = known[np.abs(relative[known] - first) > 0.5 * np.abs(first)]
+    bent = known[np.abs(relative[known] - first) > _BENT * np.abs(first)]
     return float(grid[bent[0]]) if bent.size else 1.0
 
 
@@ -152,17 +159,16 @@ def stationary(rate: Callable[..., Any], edges: tuple[float, ...]) -> tuple[np.n
         1e-6 times the first to 1e3 times the last; without any, about the amplitude that changes the relative rate.
     """
     inner = [e for e in edges if e > 0] or [_where_it_bends(rate)]
-    low, high = 1e-6 * min(inner), 1e3 * max(inner)
-    grid = np.geomspace(low, high, int(np.log10(high / low) * 120))
-    near = 10.0 ** np.linspace(-14, -0.5, 82)
-    grid = np.unique(np.concatenate([grid, *(e * (1 + side * near) for e in inner for side in (-1, 1))]))
+    low, high = _AROUND[0] * min(inner), _AROUND[1] * max(inner)
+    grid = np.geomspace(low, high, int(np.log10(high / low) * _DENSITY))
+    grid = np.unique(np.concatenate([grid, *(e * (1 + side * _BESIDE) for e in inner for side in (-1, 1))]))
     values = rate(grid)
     good = np.isfinite(values)
     grid, values = grid[good], values[good]
     if not grid.size:
         return np.array([]), np.array([], dtype=bool)
     relative = np.abs(values) / grid
-    kept = relative > 1e-13 * np.median(relative)
+    kept = relative > _NOISE * np.median(relative)
     grid, values = grid[kept], values[kept]
     turns = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
     roots = [zero(lambda a: float(rate(a)), grid[k], grid[k + 1], rtol=1e-15) for k in turns]

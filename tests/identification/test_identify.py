@@ -1,8 +1,5 @@
 """Fits to records: closed forms, exact derivatives, what records do not fix, edges of the cost, bad records."""
 
-import json
-from pathlib import Path
-
 import mpmath as mp
 import numpy as np
 import pytest
@@ -14,25 +11,15 @@ from symfric.identification.prediction import Predictor
 from symfric.identification.records import read_channels
 from symfric.identification.tables import read_table
 from symfric.identification.unknowns import read_unknowns
+from tests.identification.rigs import BOUNDS, MU_K, MU_S, V_B, V_S, T, U, X, rig
+from tests.reference_cases import values_of
 
-X, U = sp.symbols("x u", real=True)
 W, F = sp.symbols("w f", positive=True)
-MU_S, MU_K, V_S, V_B = sp.symbols("mu_s mu_k v_s v_b", positive=True)
-REFERENCES = Path(__file__).parents[3] / "shared" / "reference_cases.json"
-T = np.linspace(0.0, 96.0, 301)[1:]
-BOUNDS = {"mu_s": (0.1, 0.8), "mu_k": (0.05, 0.6), "v_s": (1e-3, 1.0)}
 
 
 def decaying(f=0.043):
     floor = sf.Contact("floor", U, 1, sf.laws.coulomb(F))
     return sf.Scene(sf.System([X], [U], [[1]], [-(W**2) * X]), [floor], {W: 1.0, F: f}, {X: 1.0, U: 0.0}, 40.0)
-
-
-def rig(**values):
-    belt = sf.Contact("belt", U - V_B, 1, sf.laws.stribeck(MU_S, MU_K, V_S))
-    numbers = {MU_S: 0.4, MU_K: 0.25, V_S: 0.1, V_B: 0.2}
-    scene = sf.Scene(sf.System([X], [U], [[1]], [-X - U / 20]), [belt], numbers, {X: 0.0, U: 0.0}, 96.0)
-    return scene.where(values) if values else scene
 
 
 def measured(scene, t=T, noise=0.01, seed=0, of=0):
@@ -45,10 +32,7 @@ def fit():
 
 
 def test_the_reference_case():
-    if not REFERENCES.exists():
-        pytest.skip("the reference cases are not here")
-    cases = json.loads(REFERENCES.read_text())["cases"]
-    known = next(c["values"] for c in cases if c["id"] == "ident_coulomb")
+    known = values_of("ident_coulomb")
     i = np.arange(1, 161)
     y = sf.simulate(decaying(), 1e-13)(0.25 * i)[0] + 0.01 * np.sin(i**2)
     fit = sf.identify(decaying(), {"x": (0.25 * i, y)}, {"w": (0.5, 2.0), "f": (0.001, 0.2)}, sigma=0.01)

@@ -1,8 +1,6 @@
 """The reference of the planar tests, proved on motions with known answers, against regularised friction, and on lines."""
 
-import json
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,15 +11,9 @@ import symfric as sf
 from tests.plane.compiled_regularised import regularised as compiled
 from tests.plane.plane_reference import Planar, Problem, Simulator, incline, least_use, polar_incline, regularised
 from tests.plane.plane_scenes import drawn
+from tests.reference_cases import values_of
 
 SLOPE = math.radians(20)
-CASES = Path(__file__).parents[3] / "shared" / "reference_cases.json"
-
-
-def case(name):
-    if not CASES.exists():
-        pytest.skip(f"the reference cases are not beside the project: {CASES}")
-    return next(c for c in json.loads(CASES.read_text())["cases"] if c["id"] == name)["values"]
 
 
 # -- known motions
@@ -65,7 +57,9 @@ def test_coupled_springs_come_to_rest_where_known():
     start = np.array([1.0, 0.4, 0.3, -0.6])
     problem = Problem(lambda q: np.eye(2), lambda t, q, u: -K @ q, (contact,), start, 25.0)
     motion = Simulator(problem).run()
-    assert (motion.events[-1][0], *motion.final[:2]) == pytest.approx(case("coupled_springs_planar_stop"), rel=1e-10)
+    assert (motion.events[-1][0], *motion.final[:2]) == pytest.approx(
+        values_of("coupled_springs_planar_stop"), rel=1e-10
+    )
 
 
 def test_puck_crosses_a_conveyor():
@@ -74,7 +68,7 @@ def test_puck_crosses_a_conveyor():
     motion = Simulator(Problem(lambda q: np.eye(2), lambda t, q, u: np.zeros(2), (contact,), start, 0.3)).run()
     leaves = brentq(lambda t: motion.at(t)[1] - 0.25, 0.1, 0.3, xtol=1e-15)
     x, _, vx, vy = motion.at(leaves)
-    assert (leaves, x, vx, vy) == pytest.approx(case("puck_across_conveyor"), rel=1e-10)
+    assert (leaves, x, vx, vy) == pytest.approx(values_of("puck_across_conveyor"), rel=1e-10)
 
 
 @pytest.mark.one_in(2)

@@ -1,9 +1,7 @@
 """Closed forms of sliding in the plane: against mpmath, quadrature of the friction itself, and integrated motions."""
 
-import json
 import math
 from functools import partial
-from pathlib import Path
 
 import casadi as ca
 import mpmath as mp
@@ -15,9 +13,9 @@ from scipy.integrate import solve_ivp
 import symfric as sf
 from symfric.lower.printer import Printer, Switches
 from tests.longer import longer
+from tests.reference_cases import values_of
 
 plane = sf.theory.plane
-CASES = Path(__file__).parents[3] / "shared" / "reference_cases.json"
 RATIOS = [0.0, 1e-300, 1e-160, 1e-9, 1e-4, 0.03, 0.5, 0.99, 1.0, 1.01, 2.0, 5.0, 30.0, 1e4, 1e9, 1e100, 1e200]
 LAWS = {
     "cubic": (sf.laws.cubic(0.4, 0.25, 0.5), lambda s: 0.4 - 0.225 * (s / 0.5 - (s / 0.5) ** 3 / 3)),
@@ -29,12 +27,6 @@ LAWS = {
     ),
 }
 LAWS["polynomial"] = (LAWS["polynomial"][0], lambda s: 0.4 - 0.3 * s + 0.2 * s**2 + 0.1 * s**4)
-
-
-def case(name):
-    if not CASES.exists():
-        pytest.skip(f"the reference cases are not beside the project: {CASES}")
-    return next(c for c in json.loads(CASES.read_text())["cases"] if c["id"] == name)["values"]
 
 
 def means_across(mu, breaks, v, q):
@@ -54,7 +46,7 @@ def means_across(mu, breaks, v, q):
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize(("word", "speed"), [("r=.5", 2.0), ("1", 1.0), ("2", 0.5), ("5", 0.2)])
 def test_drag_under_lateral_vibration_is_the_known_one(word, speed):
-    known = case("lateral_vibration_drag")[word]
+    known = values_of("lateral_vibration_drag")[word]
     assert plane.lateral_vibration_drag(speed, 1.0) == pytest.approx(known, rel=1e-13)
     assert sf.laws.coulomb(1.0).averaged_across(1.0)(speed) == pytest.approx(known, rel=1e-13)
 
@@ -331,7 +323,7 @@ def test_disc_expressions_are_the_same_in_sympy_and_casadi():
 
 
 def test_disc_stops_sliding_and_spinning_at_once():
-    time, distance = case("disc_stops_both_at_once")
+    time, distance = values_of("disc_stops_both_at_once")
     found = plane.disc_stop(0.5, 1.0, R=1.0, m=1.0, mu=1.0, g=1.0)
     assert found.time == pytest.approx(time, rel=1e-10)
     assert found.distance == pytest.approx(distance, rel=1e-10)
@@ -422,7 +414,7 @@ def test_ball_that_rolls_already():
 
 
 def test_block_stops_on_the_incline_where_it_is_known_to():
-    slope, known = math.radians(20), case("incline_planar")
+    slope, known = math.radians(20), values_of("incline_planar")
     rest = plane.incline_stop(slope, 1.5 * math.tan(slope), 1.0)
     assert (rest.time, rest.downslope, rest.cross) == pytest.approx(
         (known["stop_time"], known["downslope"], known["cross"]), rel=1e-13

@@ -58,7 +58,7 @@ class AbsorberPlan(DesignPlan):
         return replace(self, mass_ratio=mass_ratio_of(self.mass_ratio, reader, self.kind))
 
     def __call__(self, scene: Scene) -> Design:
-        """Compute the design; the scene plays no part in it."""
+        """Compute the design, which does not depend on the scene."""
         return absorber(**self.arguments)
 
     def question(self, wording: Wording) -> str:
@@ -98,7 +98,7 @@ class SprungFoundationPlan(DesignPlan):
         return replace(self, mass_ratio=mass_ratio_of(self.mass_ratio, reader, self.kind))
 
     def __call__(self, scene: Scene) -> Design:
-        """Compute the design; the scene plays no part in it."""
+        """Compute the design, which does not depend on the scene."""
         return sprung_foundation(**self.arguments)
 
     def question(self, wording: Wording) -> str:

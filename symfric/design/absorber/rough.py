@@ -32,7 +32,7 @@ from symfric.solve.run import finished
 from symfric.theory import absorber as theory
 
 # peaks, point, and how the search ended
-Found: TypeAlias = tuple[list[tuple[float, float]], np.ndarray, str]
+Candidate: TypeAlias = tuple[list[tuple[float, float]], np.ndarray, str]
 TOLERANCE = 1e-10  # tolerance of the runs
 # forcing periods in one run; most runs until the amplitude repeats; the same in a survey
 BLOCK, BLOCKS, FEW = 10, 30, 4
@@ -171,7 +171,7 @@ def _starts(forced: Forced, plain: theory.Tuned) -> list[np.ndarray]:
     return [places[k] for k in np.argsort(worst)[:STARTS]]
 
 
-def _least(forced: Forced, start: np.ndarray) -> Found:
+def _least(forced: Forced, start: np.ndarray) -> Candidate:
     """Return the peaks and the point of the least worst-case amplitude near a start, and how the search ended."""
     forced.left = BUDGET
     p, peaks = start, forced.peaks(*start)
@@ -185,7 +185,7 @@ def _least(forced: Forced, start: np.ndarray) -> Found:
     return best
 
 
-def _polled(forced: Forced, plain: theory.Tuned, starts: list[np.ndarray]) -> Iterator[Found]:
+def _polled(forced: Forced, plain: theory.Tuned, starts: list[np.ndarray]) -> Iterator[Candidate]:
     """Search without derivatives, for amplitudes that jump; returns the same as `_least`."""
     low = np.array([plain.tuning * TUNINGS[0], DAMPINGS[0]])
     width = np.array([plain.tuning * TUNINGS[-1], plain.damping * DAMPINGS[-1]]) - low

@@ -74,7 +74,7 @@ class SettlingMotions:
         periods: np.ndarray | None = None,
         starts: Sequence[Mapping[str, float]] | None = None,
     ) -> np.ndarray:
-        """Return the worst of all starts, or of others, for some values, shape (n,).
+        """Return the latest time of rest, or largest half range left, over the starts, for some values, shape (n,).
 
         The time of rest, or with `half_range` the half range after `settle`; infinite where a motion goes on, or fails.
         """
@@ -85,10 +85,10 @@ class SettlingMotions:
             changes[self.period] = np.repeat(periods, count)
         initial = {n: np.tile([start[n] for start in starts], len(values)) for n in starts[0]}
         batch = self.program.map(changes, initial)
-        found = batch.outputs["left"]
-        found = 0.5 * np.ptp(found, axis=0) if self.half_range else found
-        found = np.where((batch.status == Status.OK) & np.isfinite(found), found, np.inf)
-        return np.asarray(found.reshape(len(values), count).max(axis=1))
+        deviation = batch.outputs["left"]
+        deviation = 0.5 * np.ptp(deviation, axis=0) if self.half_range else deviation
+        deviation = np.where((batch.status == Status.OK) & np.isfinite(deviation), deviation, np.inf)
+        return np.asarray(deviation.reshape(len(values), count).max(axis=1))
 
     def rests(
         self,

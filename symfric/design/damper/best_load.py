@@ -82,9 +82,9 @@ class Peaks:
             for peaks in (self.whole[float(v)] for v in places[i - 1 : i + 1]):
                 largest = max(peak.half_range for peak in peaks)
                 begin += [peak for peak in peaks if peak.half_range >= _LOW * largest]
-            found = [self._moved(value, peak) for peak in begin]
-            reached = [peak for peak in found if peak is not None]
-            if len(reached) < len(found):
+            moved = [self._moved(value, peak) for peak in begin]
+            reached = [peak for peak in moved if peak is not None]
+            if len(reached) < len(moved):
                 return self(value)
             self.known[value] = max(reached, key=lambda peak: peak.half_range)
         return self.known[value]

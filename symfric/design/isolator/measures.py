@@ -85,8 +85,8 @@ class Isolated:
 
     def computed(self) -> list[tuple[np.ndarray, np.ndarray]]:
         """Return every point that was computed so far, and the values there; the point with the best ones first."""
-        found = [(np.frombuffer(key), values) for key, values in self._known.items()]
-        return sorted(found, key=lambda pair: (max(self.excess(pair[1]), 0.0), self.cost(pair[1])))
+        points = [(np.frombuffer(key), values) for key, values in self._known.items()]
+        return sorted(points, key=lambda pair: (max(self.excess(pair[1]), 0.0), self.cost(pair[1])))
 
     def survey(self, points: Sequence[np.ndarray]) -> list[np.ndarray]:
         """Return what `values` returns for each of many points; those of one motion run all at once."""
@@ -102,9 +102,9 @@ class Isolated:
             self._known |= dict(zip(new, np.array(responses).transpose(2, 1, 0), strict=True))
         return [self._known[p.tobytes()] for p in points]
 
-    def size(self, found: Any, measure: str) -> Any:
+    def size(self, outputs: Any, measure: str) -> Any:
         """Return the magnitude of a measure of a run or of many: of a vector its length."""
-        parts = [found[name] for name in self._outputs[measure]]
+        parts = [outputs[name] for name in self._outputs[measure]]
         return np.hypot(*parts) if len(parts) == 2 else np.abs(parts[0])
 
     def slopes(self, point: np.ndarray, motion: int) -> np.ndarray:

@@ -105,7 +105,7 @@ class Profile(Result, Drawable):
 
     @property
     def active(self) -> tuple[str, ...]:
-        """Conditions and bounds that hold with equality; none is told of controls."""
+        """Conditions and bounds that hold with equality; bounds of the controls are not listed."""
         return ()
 
     @property

@@ -37,14 +37,14 @@ def parameters_of(
     law: str, positive: Mapping[str, Parameter], others: Mapping[str, Parameter] | None = None
 ) -> list[sp.Expr]:
     """Return the parameters of a law as expressions; those in `positive` must be above zero, the others not below."""
-    found = []
+    expressions = []
     for group, least in ((positive, "be positive"), (others or {}, "not be negative")):
         for name, value in group.items():
             e = expression(value, f"{name} of {law}")
             if e.is_number and (e < 0 or (group is positive and e.is_zero)):
                 raise SceneError(f"{name} of {law} is {e}; it must {least}")
-            found.append(e)
-    return found
+            expressions.append(e)
+    return expressions
 
 
 def whole(exponent: sp.Expr) -> sp.Expr:

@@ -1,4 +1,4 @@
-"""A friction law: the coefficient of friction of a contact in terms of its sliding speed, and of what it remembers."""
+"""A friction law: the coefficient of friction of a contact as a function of sliding speed and internal states."""
 
 import itertools
 from collections.abc import Callable, Mapping
@@ -109,8 +109,8 @@ class Law:
     @property
     def free_symbols(self) -> set[sp.Symbol]:
         """Parameters of the law, without the speed itself."""
-        found = set().union(*(e.free_symbols for e in self.expressions)) - {SPEED}
-        return found if self.memory is None else found - self.memory.reserved
+        symbols = set().union(*(e.free_symbols for e in self.expressions)) - {SPEED}
+        return symbols if self.memory is None else symbols - self.memory.reserved
 
     @property
     def expressions(self) -> tuple[sp.Expr, ...]:

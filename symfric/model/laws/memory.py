@@ -1,4 +1,4 @@
-"""Memory of a friction law: states of its own, between the sliding surfaces.
+"""Internal states of a friction law with memory: their rates, and the force they give.
 
 With the slip velocity w, its direction d = +-1 (so that ``|w| = d w``) and the states z_k of the contact,
 

@@ -18,7 +18,7 @@ from symfric.model.units import attributes_of
 from symfric.orbits.continuation.bifurcations import Condition
 from symfric.orbits.continuation.branch_points import KIND, departures, doubled
 from symfric.orbits.continuation.hopf import birth
-from symfric.orbits.continuation.walk import Found, Met, Placed, Walk
+from symfric.orbits.continuation.walk import HalfBranch, Placed, SpecialPoint, Walk
 from symfric.orbits.cycle import Orbit, found_cycle, orbit_of, read_guess, values_of
 from symfric.orbits.flow_map import flow_of
 from symfric.orbits.shooting import Point, ShootingSystem, solve
@@ -36,7 +36,7 @@ class Special:
         crosses; `continue_cycle` follows it from here), "flip", "neimark-sacker", "stick-onset" (the orbit just reaches
         zero slip and sticks beyond), "slip-onset" (a contact behind a spring slips on one side, and sticks all the time
         on the other) or "grazing" (another guard is touched, or a contact that already sticks touches zero slip once
-        more). A corner where the parameter turns back is a fold as well.
+        more). A change of events where the parameter turns back is a fold as well.
     value : float
         Of the parameter.
     orbit : Orbit
@@ -179,10 +179,10 @@ class Branch(ArrayResult, Drawable):
     def _reason(self, end: str, k: int) -> str:
         value, words = float(self.values[k]), REASONS[end]
         if end in ("grazing", "jump") and self.special:
-            corner = self.special[k]
+            point = self.special[k]
             value, words = (
-                corner.value,
-                words.format(f"a {corner.kind}" + f" of {corner.contact}" * bool(corner.contact)),
+                point.value,
+                words.format(f"a {point.kind}" + f" of {point.contact}" * bool(point.contact)),
             )
         return f"{words.format('a corner')} at {self.parameter} = {value:.6g}"
 
@@ -293,13 +293,13 @@ def continue_cycle(
     system = _system(scene, name, (low, high), orbit, tolerance)
     first = solve(system, system.pack(orbit.start, orbit.period, system.values), _parameter_alone(system))
     upward = _parameter_alone(system)
-    sides: list[Found] = []
+    sides: list[HalfBranch] = []
     for way, end in ((-1, low), (1, high)):
         if begins == end or (sides and sides[0].end == "closed"):
-            sides.append(Found(end="span" if begins == end else "closed"))
+            sides.append(HalfBranch(end="span" if begins == end else "closed"))
             continue
         if sides and sides[0].end == "interrupted":
-            sides.append(Found(end="interrupted"))
+            sides.append(HalfBranch(end="interrupted"))
             continue
         sides.append(Walk(scene, system, (low, high), most).go(first, way * upward))
     return _joined(scene, system, first, *sides)
@@ -325,7 +325,7 @@ def _from_hopf(
     system = _system(scene, name, span, None, tolerance)
     first, grows = birth(scene, system, start)
     walk = Walk(scene, system, span, most)
-    begin = Found(special=[Met(Condition("hopf"), Placed(system, first), start.value)], end="hopf")
+    begin = HalfBranch(special=[SpecialPoint(Condition("hopf"), Placed(system, first), start.value)], end="hopf")
     return _joined(scene, system, first, begin, walk.go(first, grows))
 
 
@@ -339,13 +339,13 @@ def _across(scene: Scene, name: str, span: tuple[float, float], start: Special, 
     if start.kind == "flip":
         system, z, along = doubled(system, z, along)
     here, sides = departures(system, z, along)
-    met = Met(start.condition, Placed(system, here), start.value)
-    halves = [Found(end=start.kind), Found(end=start.kind)]
+    met = SpecialPoint(start.condition, Placed(system, here), start.value)
+    halves = [HalfBranch(end=start.kind), HalfBranch(end=start.kind)]
     for k, (new, way) in enumerate(sides):
         if start.kind == "flip" and k:  # the same orbits, half a period later
             break
         inside = span[0] <= new.z[-1] <= span[1]
-        halves[k] = Walk(scene, system, span, most).go(new, way) if inside else Found(end="span")
+        halves[k] = Walk(scene, system, span, most).go(new, way) if inside else HalfBranch(end="span")
         halves[k].orbits[:0] = [Placed(system, new)] if inside else []
         if halves[k].end in ("closed", "interrupted"):
             break
@@ -353,7 +353,7 @@ def _across(scene: Scene, name: str, span: tuple[float, float], start: Special, 
     return _joined(scene, system, here, *halves)
 
 
-def _joined(scene: Scene, system: ShootingSystem, first: Point, back: Found, there: Found) -> Branch:
+def _joined(scene: Scene, system: ShootingSystem, first: Point, back: HalfBranch, there: HalfBranch) -> Branch:
     """Join two walks from one orbit, backward and forward, to a branch."""
     orbits = [*reversed(back.orbits), Placed(system, first), *there.orbits]
     special = [*reversed(back.special), *there.special]

@@ -1,4 +1,4 @@
-"""Discontinuity-induced bifurcations (corners): grazing points where a branch changes its events, or ends."""
+"""Discontinuity-induced bifurcations: grazing points at which the events along a branch change, or the branch ends."""
 
 from collections import Counter
 from dataclasses import replace
@@ -24,16 +24,17 @@ from symfric.orbits.passages import Passage
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 
 _BISECTIONS = 20  # halvings of the last distance
-_BEYOND = (1e-5, 1e-4, 1e-3, 1e-6)  # distances from a corner, relative to the span, at which its other side is sought
-_CLOSE = 0.3  # largest distance of a corner on this step, relative to the ranges, the period and the span
+# distances from the point, relative to the span, at which an orbit on its other side is sought
+_BEYOND = (1e-5, 1e-4, 1e-3, 1e-6)
+_CLOSE = 0.3  # largest distance of a point on this step, relative to the ranges, the period and the span
 _HALT = 1e-3  # the same where a walk stopped just before the end of a branch
 _GRAZES = 0.01  # depth of a grazing event relative to the guard's size (or its square root) that counts as near zero
-_BEHIND = 1e-5  # distance behind the walk, in step units, at which rounding may place a corner ahead of it
-_REACH = 3.0  # largest distance of a corner from the ends of its step, in step lengths
+_BEHIND = 1e-5  # distance behind the walk, in step units, at which rounding may place a point ahead of it
+_REACH = 3.0  # largest distance of a point from the ends of its step, in step lengths
 
 
-class Corner(NamedTuple):
-    """An orbit at which the events of a branch change, its condition, and an orbit of the other side, if there is one.
+class DiscontinuityPoint(NamedTuple):
+    """A discontinuity-induced bifurcation: the orbit, its condition, and an orbit on the other side if there is one.
 
     Attributes
     ----------
@@ -70,40 +71,40 @@ class Corner(NamedTuple):
         return float(self.edge[-1])
 
 
-def corner_between(
+def discontinuity_between(
     system: ShootingSystem, one: Point, other: Point, size: np.ndarray, span: tuple[float, float]
-) -> Corner:
-    """Find the corner between two orbits of a branch with different events, in units `size` of the unknowns."""
+) -> DiscontinuityPoint:
+    """Locate the change of events between two orbits of a branch, in units `size` of the unknowns."""
     untouched, touched = _in_order(one, other)
     contact = _contact_that_differs(untouched.passage, touched.passage)
     kind = kind_of(untouched.passage, touched.passage)
     reach = _REACH * np.linalg.norm((other.z - one.z) / size)
 
-    def lies_there(corner: Corner | None) -> TypeGuard[Corner]:
-        """Whether a corner lies on this step."""
-        if corner is None or not span[0] <= corner.value <= span[1]:
+    def lies_there(change: DiscontinuityPoint | None) -> TypeGuard[DiscontinuityPoint]:
+        """Whether the point lies on this step."""
+        if change is None or not span[0] <= change.value <= span[1]:
             return False
-        return bool(max(np.linalg.norm((corner.point.z - z) / size) for z in (one.z, other.z)) <= reach)
+        return bool(max(np.linalg.norm((change.point.z - z) / size) for z in (one.z, other.z)) <= reach)
 
     for which in _turns_that_differ(untouched.passage, touched.passage, contact):
         for near in (untouched, touched):
-            corner = _turned(system, near, contact, which, kind)
-            if lies_there(corner):
-                return corner._replace(beyond=other)
+            change = _turned(system, near, contact, which, kind)
+            if lies_there(change):
+                return change._replace(beyond=other)
     peaked = system.flow.peaked(contact, system.unpack(one.z)[2])
     for k in _guards(untouched, contact, system):
         again = has_others(system.flow, untouched.passage, k)
-        corner = touch(system, untouched, Condition("grazing" if again else kind, k, side=int(peaked or again)))
-        if lies_there(corner):
-            return corner._replace(beyond=other)
+        change = touch(system, untouched, Condition("grazing" if again else kind, k, side=int(peaked or again)))
+        if lies_there(change):
+            return change._replace(beyond=other)
     first, _ = between(system, one, other, signature)
-    return Corner(Condition(kind), system, first, other)
+    return DiscontinuityPoint(Condition(kind), system, first, other)
 
 
-def corner_ahead(
+def discontinuity_ahead(
     system: ShootingSystem, point: Point, way: np.ndarray, size: np.ndarray, span: tuple[float, float]
-) -> Corner | None:
-    """Find the corner at which a walk stopped, and an orbit beyond it if there is one nearby.
+) -> DiscontinuityPoint | None:
+    """Locate the discontinuity at which a walk stopped, and an orbit beyond it if there is one nearby.
 
     Parameters
     ----------
@@ -117,20 +118,20 @@ def corner_ahead(
     span : (float, float)
     """
 
-    def near(corner: Corner, most: float) -> bool:
-        """Whether a corner is ahead of the walk and close."""
-        away = (corner.edge - point.z) / size
+    def near(change: DiscontinuityPoint, most: float) -> bool:
+        """Whether a point is ahead of the walk and close."""
+        away = (change.edge - point.z) / size
         return bool(np.max(np.abs(away)) < most and away @ (way / size) > -_BEHIND)
 
     ends = []
     for contact in sorted({*range(len(system.flow.lines)), *system.flow.openings}):
-        for corner in _edges(system, point, contact):
-            if not near(corner, _HALT):
+        for change in _edges(system, point, contact):
+            if not near(change, _HALT):
                 continue
-            beyond = None if corner.jump else _other_side(system, point, corner.point, size)
+            beyond = None if change.jump else _other_side(system, point, change.point, size)
             if beyond is not None:
-                return corner._replace(beyond=beyond)
-            ends += [corner] if corner.jump else []
+                return change._replace(beyond=beyond)
+            ends += [change] if change.jump else []
         for other in (point, _without_sticking(system, point, contact)):
             if other is None or ends:
                 continue
@@ -144,13 +145,13 @@ def corner_ahead(
                     return graze._replace(condition=Condition(kind, k), beyond=beyond)
                 if system.flow.opening_of(k) is not None:  # near it, orbits that strike may be none, or unstable
                     ends.append(graze)
-    ends += [corner for corner in (_landing(system, point), *_grazes(system, point)) if corner and near(corner, _CLOSE)]
-    inside = [corner for corner in ends if span[0] <= corner.value <= span[1]]
-    return min(inside, key=lambda corner: np.max(np.abs(corner.edge - point.z) / size), default=None)
+    ends += [change for change in (_landing(system, point), *_grazes(system, point)) if change and near(change, _CLOSE)]
+    inside = [change for change in ends if span[0] <= change.value <= span[1]]
+    return min(inside, key=lambda change: np.max(np.abs(change.edge - point.z) / size), default=None)
 
 
-def break_ahead(system: ShootingSystem, point: Point, way: np.ndarray, step: float) -> Corner | None:
-    """Return the last orbit as a corner at which the motion jumps, if just ahead of it a contact has other events.
+def break_ahead(system: ShootingSystem, point: Point, way: np.ndarray, step: float) -> DiscontinuityPoint | None:
+    """Return the last orbit as a point at which the motion jumps, if just ahead of it a contact has other events.
 
     So ends a branch where a slip is zero at an instant at which its rate jumps, as at a step of a force or a sample of
     a held variable: there no guard has a least value inside a step.
@@ -173,7 +174,7 @@ def break_ahead(system: ShootingSystem, point: Point, way: np.ndarray, step: flo
         contact = _contact_that_differs(point.passage, ahead)
         if not system.flow.peaked(contact, values):
             return None
-        return Corner(Condition(kind_of(point.passage, ahead)), system, _last(system, point, way, distance), jump=True)
+        return DiscontinuityPoint(Condition(kind_of(point.passage, ahead)), system, _last(system, point, way, distance), jump=True)
     return None
 
 
@@ -201,7 +202,7 @@ def _last(system: ShootingSystem, point: Point, way: np.ndarray, beyond: float) 
     return last if signature(last.passage) == mark else point
 
 
-def _edges(system: ShootingSystem, point: Point, contact: int) -> list[Corner]:
+def _edges(system: ShootingSystem, point: Point, contact: int) -> list[DiscontinuityPoint]:
     """Return the grazing orbits near a given one, whether or not the contact has other events."""
     n = len(slip_ends(point.passage, contact))
     edges = [_turned(system, point, contact, which, "stick-onset") for which in range(n)]
@@ -209,10 +210,10 @@ def _edges(system: ShootingSystem, point: Point, contact: int) -> list[Corner]:
         for k in _guards(point, contact, system):
             kind = "stick-onset" if is_slip_gap(k) else "grazing"
             edges.append(touch(system, point, Condition(kind, k, side=1)))
-    return [corner for corner in edges if corner]
+    return [change for change in edges if change]
 
 
-def _turned(system: ShootingSystem, near: Point, contact: int, which: int, kind: str) -> Corner | None:
+def _turned(system: ShootingSystem, near: Point, contact: int, which: int, kind: str) -> DiscontinuityPoint | None:
     """Return the nearby orbit on which the end of a slip is at the limit between a stick and a reversal."""
     values = system.unpack(near.z)[2]
     ends = [after for _, i, before, after in near.passage.events if i == contact and before]
@@ -225,10 +226,10 @@ def _turned(system: ShootingSystem, near: Point, contact: int, which: int, kind:
         return None
     if condition.side and signature(turned.passage) != signature(near.passage):
         return None
-    return Corner(condition, system, turned, jump=peaked and holding.rate > 0)
+    return DiscontinuityPoint(condition, system, turned, jump=peaked and holding.rate > 0)
 
 
-def touch(system: ShootingSystem, untouched: Point, condition: Condition) -> Corner | None:
+def touch(system: ShootingSystem, untouched: Point, condition: Condition) -> DiscontinuityPoint | None:
     """Return the nearby orbit that touches a guard, None if it is not found.
 
     Unless approached from one side, it is computed with that guard relaxed, so the contact must have no other events of
@@ -244,10 +245,10 @@ def touch(system: ShootingSystem, untouched: Point, condition: Condition) -> Cor
     same = signature(touching.passage) == signature(untouched.passage)
     jump = bool(condition.side) and system.flow.opening_of(condition.guard) is None
     jump = jump and system.flow.peaked(contact_of_gap(condition.guard), system.unpack(touching.z)[2])
-    return Corner(condition, system, touching, jump=jump) if same else None
+    return DiscontinuityPoint(condition, system, touching, jump=jump) if same else None
 
 
-def _landing(system: ShootingSystem, point: Point) -> Corner | None:
+def _landing(system: ShootingSystem, point: Point) -> DiscontinuityPoint | None:
     """Return the nearby orbit whose first event is a grazing of its guard, beyond which the event is missed."""
     if not point.passage.events:
         return None
@@ -258,13 +259,13 @@ def _landing(system: ShootingSystem, point: Point) -> Corner | None:
         condition = Condition("grazing", k, landing=True)
         try:
             size = guard_size(system, point.z, point.passage, k)
-            return Corner(condition, system, solve(condition.system(system, size), point.z))
+            return DiscontinuityPoint(condition, system, solve(condition.system(system, size), point.z))
         except NotFound:
             continue
     return None
 
 
-def _grazes(system: ShootingSystem, point: Point) -> list[Corner]:
+def _grazes(system: ShootingSystem, point: Point) -> list[DiscontinuityPoint]:
     """Return the nearby orbits on which one of the other events is a grazing, to leading order."""
     grazes = []
     for k in range(1, len(point.passage.events)):
@@ -276,7 +277,7 @@ def _grazes(system: ShootingSystem, point: Point) -> list[Corner]:
             if deep < _GRAZES:
                 condition = replace(condition, deep=deep)
                 there = condition.system(system, 1.0).at(point.z, point.phase, point.z[: len(system.flow.states)])
-                grazes.append(Corner(condition, system, there))
+                grazes.append(DiscontinuityPoint(condition, system, there))
         except NotFound:
             continue
     return grazes
@@ -294,16 +295,16 @@ def _without_sticking(system: ShootingSystem, point: Point, contact: int) -> Poi
         return None
 
 
-def _other_side(system: ShootingSystem, point: Point, corner: Point, size: np.ndarray) -> Point | None:
-    """Return an orbit on the other side of a corner, with other events."""
+def _other_side(system: ShootingSystem, point: Point, change: Point, size: np.ndarray) -> Point | None:
+    """Return an orbit on the other side of a discontinuity, with other events."""
     normal, mark = _parameter_alone(point), signature(point.passage)
     for distance in _BEYOND:
         for way in (1, -1):
             try:
-                there = solve(system, corner.z + way * distance * size[-1] * normal, normal)
+                there = solve(system, change.z + way * distance * size[-1] * normal, normal)
             except NotFound:
                 continue
-            near = np.max(np.abs(there.z - corner.z) / size) < _CLOSE
+            near = np.max(np.abs(there.z - change.z) / size) < _CLOSE
             if near and signature(there.passage) != mark:
                 return there
     return None
@@ -333,7 +334,7 @@ def _turns_that_differ(untouched: Passage, touched: Passage, contact: int) -> li
 
 
 def kind_of(untouched: Passage, touched: Passage) -> str:
-    """Return the kind of the corner between two orbits."""
+    """Return the kind of the change of events between two orbits."""
     sticks = [sum(b == 0 and a != OPEN for _, _, a, b in p.events) for p in (untouched, touched)]
     return "stick-onset" if sticks[0] < sticks[1] else "grazing"
 

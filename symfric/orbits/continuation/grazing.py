@@ -14,7 +14,7 @@ from symfric.errors import NotFound
 from symfric.lower.mode_layout import gaps
 from symfric.lower.relaxed_guards import FAR
 from symfric.orbits.continuation.bifurcations import EDGE, Condition, guard_size, has_others, signature
-from symfric.orbits.continuation.discontinuity import Corner, kind_of, touch
+from symfric.orbits.continuation.discontinuity import DiscontinuityPoint, kind_of, touch
 from symfric.orbits.shooting import Point, ShootingSystem, null_of, solve
 
 _AHEAD = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)  # lengths ahead of an orbit that touches, in step units, at which it may not
@@ -26,7 +26,7 @@ _CLOSE = 0.05  # largest distance of the touch from the last orbit, in step unit
 
 def grazing_ahead(
     system: ShootingSystem, point: Point, way: np.ndarray, size: np.ndarray, span: tuple[float, float]
-) -> Corner | None:
+) -> DiscontinuityPoint | None:
     """Find the touch of a guard at which a walk stopped, and the branch of orbits on the other side of it.
 
     Parameters
@@ -41,24 +41,24 @@ def grazing_ahead(
     span : (float, float)
     """
     mark = signature(point.passage)
-    corner = _touched(system, point, point, size, span)
-    if corner is not None:
-        return corner
+    change = _touched(system, point, point, size, span)
+    if change is not None:
+        return change
     for length in _AHEAD:
         try:
             ahead = system.at(point.z + length * way, point.phase, point.z[: len(system.flow.states)])
         except NotFound:
             continue
         if signature(ahead.passage) != mark:
-            corner = _touched(system, ahead, point, size, span)
-            if corner is not None:
-                return corner
+            change = _touched(system, ahead, point, size, span)
+            if change is not None:
+                return change
     return None
 
 
 def _touched(
     system: ShootingSystem, untouched: Point, last: Point, size: np.ndarray, span: tuple[float, float]
-) -> Corner | None:
+) -> DiscontinuityPoint | None:
     """Return the touch near a motion that does not touch, with an orbit whose events are not those of the last one."""
     passage, values = untouched.passage, system.unpack(untouched.z)[2]
     for contact in range(len(system.flow.lines)):
@@ -67,26 +67,26 @@ def _touched(
         for k in (k for k in gaps(contact) if abs(passage.gaps[k]) < FAR):
             if abs(passage.gaps[k]) > _NEAR * guard_size(system, untouched.z, passage, k):
                 continue
-            corner = touch(system, untouched, Condition("grazing", k, side=1))
-            if corner is None or not span[0] <= corner.value <= span[1]:
+            change = touch(system, untouched, Condition("grazing", k, side=1))
+            if change is None or not span[0] <= change.value <= span[1]:
                 continue
-            if np.max(np.abs(corner.edge - last.z) / size) > _CLOSE:
+            if np.max(np.abs(change.edge - last.z) / size) > _CLOSE:
                 continue
-            beyond = _beyond(system, corner, size, touches=untouched is last)
+            beyond = _beyond(system, change, size, touches=untouched is last)
             if beyond is not None and signature(beyond.passage) != signature(last.passage):
-                pair = (corner.point.passage, (beyond if untouched is last else last).passage)
-                kind = "grazing" if has_others(system.flow, corner.point.passage, k) else kind_of(*pair)
-                return corner._replace(condition=replace(corner.condition, kind=kind), beyond=beyond)
+                pair = (change.point.passage, (beyond if untouched is last else last).passage)
+                kind = "grazing" if has_others(system.flow, change.point.passage, k) else kind_of(*pair)
+                return change._replace(condition=replace(change.condition, kind=kind), beyond=beyond)
     return None
 
 
-def _beyond(system: ShootingSystem, corner: Corner, size: np.ndarray, touches: bool) -> Point | None:
+def _beyond(system: ShootingSystem, change: DiscontinuityPoint, size: np.ndarray, touches: bool) -> Point | None:
     """Return an orbit of the branch that leaves a touch, on the side whose orbits touch or on the other one."""
-    at, n = corner.point, len(system.flow.states)
+    at, n = change.point, len(system.flow.states)
     row, z = at.slopes[-1], at.z
     if touches:
         lower = size**2 * row / (row @ (size**2 * row))
-        z = corner.edge - _INSIDE * EDGE * lower
+        z = change.edge - _INSIDE * EDGE * lower
     try:
         near = system.at(z, at.phase, at.z[:n])
     except NotFound:
@@ -97,9 +97,9 @@ def _beyond(system: ShootingSystem, corner: Corner, size: np.ndarray, touches: b
     way = way * np.copysign(1.0, (row @ way) * (-1.0 if touches else 1.0)) / np.linalg.norm(way / size)
     for length in _LENGTHS:
         try:
-            there = solve(system, corner.edge + length * way, way / size**2, most=12)
+            there = solve(system, change.edge + length * way, way / size**2, most=12)
         except NotFound:
             continue
-        if signature(there.passage) == signature(near.passage) and (there.z - corner.edge) @ (way / size**2) > 0:
+        if signature(there.passage) == signature(near.passage) and (there.z - change.edge) @ (way / size**2) > 0:
             return there
     return None

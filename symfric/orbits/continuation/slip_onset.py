@@ -70,7 +70,7 @@ class _Spring(NamedTuple):
     widest: Widest
 
     def left(self, point: Point) -> float:
-        """Return what the elongation has left, relative to the range over which the slider sticks; NaN if unknown."""
+        """Return the reserve of the elongation, relative to the range over which the slider sticks; NaN if unknown."""
         if self.widest is None:
             return np.nan
         most = self.widest(self.system.unpack(point.z)[2])

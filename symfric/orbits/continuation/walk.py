@@ -11,7 +11,12 @@ from symfric.model.scene import Scene
 from symfric.orbits.continuation import branch_points
 from symfric.orbits.continuation.arclength import CORRECTIONS, Behind, cosine, step_along, tangent, units
 from symfric.orbits.continuation.bifurcations import SMOOTH, Condition, between, is_pair, signature
-from symfric.orbits.continuation.discontinuity import Corner, break_ahead, corner_ahead, corner_between
+from symfric.orbits.continuation.discontinuity import (
+    DiscontinuityPoint,
+    break_ahead,
+    discontinuity_ahead,
+    discontinuity_between,
+)
 from symfric.orbits.continuation.grazing import grazing_ahead
 from symfric.orbits.continuation.hopf import vanishing_point
 from symfric.orbits.continuation.jump import settled_beyond
@@ -21,7 +26,7 @@ from symfric.search import zero
 
 # step lengths in units of the span, the period and the ranges of the states
 _FIRST, _LEAST, _LARGEST = 0.01, 1e-6, 0.03
-_APART = 1e-3  # step length down to which a turn of the parameter is told apart from a branch point or a corner
+_APART = 1e-3  # step length down to which a turn of the parameter is told apart from a branch point or a discontinuity
 _TURN = 0.95  # least cosine of the angle between consecutive steps on one smooth piece
 # sizes relative to the largest orbit: at which a Hopf point is sought ahead, and at which the walk stops
 _SMALL, _SMALLEST = 0.2, 0.03
@@ -40,7 +45,7 @@ class Placed(NamedTuple):
     point: Point
 
 
-class Met(NamedTuple):
+class SpecialPoint(NamedTuple):
     """A special point: its condition, orbit and parameter value, and whether the orbits jump there."""
 
     condition: Condition
@@ -50,18 +55,18 @@ class Met(NamedTuple):
 
 
 class _Enclosed(NamedTuple):
-    """A corner that was enclosed between orbits but not located: what changes there, and its unknowns (n_z,)."""
+    """A discontinuity enclosed between orbits but not located: what changes there, and its unknowns (n_z,)."""
 
     signs: tuple[object, object]
     z: np.ndarray
 
 
 @dataclass
-class Found:
-    """Result of a walk: orbits and special points in order, and why it ended."""
+class HalfBranch:
+    """One side of a branch as a walk follows it: orbits and special points in order, and why it ended."""
 
     orbits: list[Placed] = field(default_factory=list)
-    special: list[Met] = field(default_factory=list)
+    special: list[SpecialPoint] = field(default_factory=list)
     end: str = ""
 
 
@@ -86,9 +91,9 @@ class Walk:
         self._behind: tuple[Behind, ...] = ()  # the last one, on a smooth piece, latest first
         self._enclosed: _Enclosed | None = None  # the last of its kind
 
-    def go(self, start: Point, direction: np.ndarray) -> Found:
+    def go(self, start: Point, direction: np.ndarray) -> HalfBranch:
         """Walk from an orbit in a direction of the unknowns, (n_z,), to the end of the branch or of the span."""
-        half = Found()
+        half = HalfBranch()
         with until_interrupted("continue_cycle", "frequency_response"):
             self._walk(half, start, direction)
             return half
@@ -96,7 +101,7 @@ class Walk:
         del half.special[self._known :]
         return half
 
-    def _walk(self, half: Found, start: Point, direction: np.ndarray) -> None:
+    def _walk(self, half: HalfBranch, start: Point, direction: np.ndarray) -> None:
         point, step, hopf, self._behind, self._enclosed = start, _FIRST, None, (), None
         way, trail = self.tangent(point, direction), [Placed(self._system, start)]
         marks = [_marks(trail[0])]
@@ -118,7 +123,7 @@ class Walk:
             marks.append(mark)
             hopf = self._hopf_ahead(before, point) if hopf is None else hopf
             if hopf is not None and point.passage.ranges[0] <= _SMALLEST * self._largest[0]:
-                half.special.append(Met(Condition("hopf"), Placed(self._system, point), hopf))
+                half.special.append(SpecialPoint(Condition("hopf"), Placed(self._system, point), hopf))
                 half.end = "hopf"
             if not half.end:
                 point, way = self._moved(point, way)
@@ -131,7 +136,7 @@ class Walk:
     def _units(self, point: Point) -> np.ndarray:
         return units(self._system, point, self._limits, self._largest)
 
-    def _advance(self, half: Found, point: Point, way: np.ndarray, step: float) -> tuple[Point, np.ndarray, float]:
+    def _advance(self, half: HalfBranch, point: Point, way: np.ndarray, step: float) -> tuple[Point, np.ndarray, float]:
         """Return the next orbit, the direction there, and the next step length; record special points in between."""
         size, span = self._units(point), tuple(self._limits[0])
         behind, self._behind = self._behind, ()
@@ -140,14 +145,14 @@ class Walk:
             new, ends = step_along(self._system, point, way, step, size, self._limits, behind)
             half.end = "span" if ends else ""
             if new is None and step <= _LEAST:
-                corner = corner_ahead(self._system, point, way, size, span)
-                if corner is None or not (corner.beyond or corner.jump):
-                    corner = grazing_ahead(self._system, point, way, size, span) or corner
-                corner = corner or break_ahead(self._system, point, way, step)
-                if corner is None:
+                change = discontinuity_ahead(self._system, point, way, size, span)
+                if change is None or not (change.beyond or change.jump):
+                    change = grazing_ahead(self._system, point, way, size, span) or change
+                change = change or break_ahead(self._system, point, way, step)
+                if change is None:
                     half.end = "lost"
                     return point, way, step
-                return self._beyond(half, corner, point, way)
+                return self._beyond(half, change, point, way)
             if new is None:
                 step *= 0.3
                 continue
@@ -156,15 +161,15 @@ class Walk:
                 if step > _APART and self._encloses(point, new):
                     step *= 0.4
                     continue
-                corner = corner_between(self._system, point, new, size, span)
-                if corner.jump and (new.z[-1] - corner.value) * way[-1] < 0:  # an orbit of another branch, on this side
-                    return self._beyond(half, corner._replace(beyond=None), point, way)
-                ahead = self.tangent(new, new.z - corner.point.z)
-                if step > _APART and not corner.jump and _hides_a_turn(corner, point, way, new, ahead):
-                    self._enclosed = None if corner.located else _Enclosed(_signs(point, new), corner.point.z)
+                change = discontinuity_between(self._system, point, new, size, span)
+                if change.jump and (new.z[-1] - change.value) * way[-1] < 0:  # an orbit of another branch, on this side
+                    return self._beyond(half, change._replace(beyond=None), point, way)
+                ahead = self.tangent(new, new.z - change.point.z)
+                if step > _APART and not change.jump and _hides_a_turn(change, point, way, new, ahead):
+                    self._enclosed = None if change.located else _Enclosed(_signs(point, new), change.point.z)
                     step *= 0.4
                     continue
-                self._note_corner(half, corner, point)
+                self._note_discontinuity(half, change, point)
                 return new, ahead, min(step, _FIRST)
             if onsets:
                 return new, self.tangent(new, new.z - onsets[-1].point.z), min(step, _FIRST)
@@ -193,7 +198,7 @@ class Walk:
             return new, ahead, min(1.5 * step, _LARGEST)
 
     def _encloses(self, point: Point, new: Point) -> bool:
-        """Whether a corner known only from a bisection lies between two orbits; only shorter steps tell more of it."""
+        """Whether a discontinuity enclosed by bisection lies between two orbits; only shorter steps locate it."""
         if self._enclosed is None or self._enclosed.signs != _signs(point, new):
             return False
         size, there = self._units(point), self._enclosed.z
@@ -201,37 +206,39 @@ class Walk:
         share = float(ahead @ way) / float(way @ way)
         return 0.0 < share < 1.0 and bool(np.linalg.norm(ahead - share * way) < np.linalg.norm(way))
 
-    def _beyond(self, half: Found, corner: Corner, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray, float]:
-        """Continue beyond a corner at which the walk stopped, on a nearby orbit or the one the motion settles to."""
-        if corner.beyond is not None:
-            self._note_corner(half, corner, point)
-            return corner.beyond, self.tangent(corner.beyond, corner.beyond.z - corner.edge), _FIRST
+    def _beyond(
+        self, half: HalfBranch, change: DiscontinuityPoint, point: Point, way: np.ndarray
+    ) -> tuple[Point, np.ndarray, float]:
+        """Continue beyond the discontinuity at which the walk stopped, on a nearby orbit or an attractor."""
+        if change.beyond is not None:
+            self._note_discontinuity(half, change, point)
+            return change.beyond, self.tangent(change.beyond, change.beyond.z - change.edge), _FIRST
         span = tuple(self._limits[0])
-        settled = settled_beyond(self._scene, self._system, corner.point, corner.value, way[-1], span)
-        self._note_corner(half, corner._replace(jump=corner.jump or settled is not None), point)
-        if corner.jump:
-            half.orbits.append(Placed(self._system, corner.point))
+        settled = settled_beyond(self._scene, self._system, change.point, change.value, way[-1], span)
+        self._note_discontinuity(half, change._replace(jump=change.jump or settled is not None), point)
+        if change.jump:
+            half.orbits.append(Placed(self._system, change.point))
         if settled is None:
-            half.end = "jump" if corner.jump else "grazing"
+            half.end = "jump" if change.jump else "grazing"
             return point, way, _FIRST
         self._system, new = settled
         onward = np.append(np.zeros(way.size - 1), way[-1])
         return new, self.tangent(new, onward), _FIRST
 
-    def _note_corner(self, half: Found, corner: Corner, before: Point) -> None:
-        met = Met(corner.condition, Placed(self._system, corner.point), corner.value, corner.jump)
+    def _note_discontinuity(self, half: HalfBranch, change: DiscontinuityPoint, before: Point) -> None:
+        met = SpecialPoint(change.condition, Placed(self._system, change.point), change.value, change.jump)
         half.special.append(met)
-        if corner.beyond and not corner.jump and (met.value - before.z[-1]) * (corner.beyond.z[-1] - met.value) < 0:
-            half.special.append(met._replace(condition=replace(corner.condition, kind="fold")))
+        if change.beyond and not change.jump and (met.value - before.z[-1]) * (change.beyond.z[-1] - met.value) < 0:
+            half.special.append(met._replace(condition=replace(change.condition, kind="fold")))
 
-    def _note_onsets(self, half: Found, one: Point, other: Point) -> list[SlipOnset]:
+    def _note_onsets(self, half: HalfBranch, one: Point, other: Point) -> list[SlipOnset]:
         """Record where contacts behind springs begin to slip between two orbits, or stick from there on."""
         onsets = slip_onsets(self._system, self._springs, one, other)
         for condition, there in onsets:
-            half.special.append(Met(condition, Placed(self._system, there), float(there.z[-1])))
+            half.special.append(SpecialPoint(condition, Placed(self._system, there), float(there.z[-1])))
         return onsets
 
-    def _ends_at_flip(self, side: Found, there: Point) -> bool:
+    def _ends_at_flip(self, side: HalfBranch, there: Point) -> bool:
         """Whether a branch ends on one of half its period, where it is found; it would run back over its own orbits."""
         half = branch_points.halved(self._system, there)
         if half is None:
@@ -243,16 +250,16 @@ class Walk:
         except NotFound:
             return False
         condition = Condition("flip", along=tuple(alone.tolist()))
-        side.special.append(Met(condition, Placed(half, orbit), float(there.z[-1])))
+        side.special.append(SpecialPoint(condition, Placed(half, orbit), float(there.z[-1])))
         side.end = "flip"
         return True
 
-    def _met(self, kind: str, there: Point, one: Point, other: Point) -> Met:
+    def _met(self, kind: str, there: Point, one: Point, other: Point) -> SpecialPoint:
         """Return a special point of a smooth piece between two orbits."""
         along = tuple((other.z - one.z).tolist()) if kind in (branch_points.KIND, "flip") else ()
-        return Met(Condition(kind, along=along), Placed(self._system, there), float(there.z[-1]))
+        return SpecialPoint(Condition(kind, along=along), Placed(self._system, there), float(there.z[-1]))
 
-    def _note_smooth(self, half: Found, one: Point, other: Point) -> None:
+    def _note_smooth(self, half: HalfBranch, one: Point, other: Point) -> None:
         """Record flips and Neimark-Sacker points between two orbits of one smooth piece."""
         free = self._system.free
         for kind, test in SMOOTH.items():
@@ -340,7 +347,7 @@ class Walk:
             there = solve(old.system, np.append(old.point.z[:-1], new.z[-1]), alone, most=8)
         except NotFound:
             return False
-        if signature(there.passage) != signature(old.point.passage):  # of another arm at a corner
+        if signature(there.passage) != signature(old.point.passage):  # of another arm at a discontinuity
             return False
         apart = np.abs(_marks(Placed(old.system, there)) - _marks(Placed(self._system, new)))
         size = np.tile(np.maximum(new.passage.ranges, there.passage.ranges), 2)
@@ -362,10 +369,10 @@ class Walk:
         return moved, self.tangent(moved, np.concatenate([carried, way[n:]]))
 
 
-def _hides_a_turn(corner: Corner, one: Point, way: np.ndarray, other: Point, ahead: np.ndarray) -> bool:
-    """Whether the parameter may turn between a corner and one of the orbits beside it, of tangents `way`, `ahead`."""
-    beside = way[-1] * (corner.value - one.z[-1]) < 0 or ahead[-1] * (other.z[-1] - corner.value) < 0
-    return beside or way[-1] * ahead[-1] < 0 or not corner.located
+def _hides_a_turn(change: DiscontinuityPoint, one: Point, way: np.ndarray, other: Point, ahead: np.ndarray) -> bool:
+    """Whether the parameter may turn between a discontinuity and an orbit beside it, of tangents `way`, `ahead`."""
+    beside = way[-1] * (change.value - one.z[-1]) < 0 or ahead[-1] * (other.z[-1] - change.value) < 0
+    return beside or way[-1] * ahead[-1] < 0 or not change.located
 
 
 def _signs(one: Point, other: Point) -> tuple[object, object]:

@@ -105,11 +105,11 @@ def explore(scene: Scene, *, port: int = 0, height: int = 700) -> Exploration:
         raise SceneError("the scene has no values to change; name some by symbols in Scene.values")
     check_free(port, "port=")
     fill = page(explorer(file_of(scene)))
-    found: list[tuple[str, IOLoop]] = []
+    servers: list[tuple[str, IOLoop]] = []
     there = threading.Event()
 
     def ready(address: str) -> None:
-        found.append((address, IOLoop.current()))
+        servers.append((address, IOLoop.current()))
         there.set()
 
     def run() -> None:
@@ -121,7 +121,7 @@ def explore(scene: Scene, *, port: int = 0, height: int = 700) -> Exploration:
 
     threading.Thread(target=run, name="symfric explorer", daemon=True).start()
     there.wait()
-    if not found:
+    if not servers:
         raise SceneError(f"the page cannot be served on port {port}; name another one")
-    ((address, loop),) = found
+    ((address, loop),) = servers
     return Exploration(address, height, lambda: loop.add_callback(loop.stop))

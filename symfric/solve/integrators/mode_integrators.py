@@ -20,6 +20,7 @@ from symfric.solve.integrators.implicit.stretch import inside, outside, stretche
 from symfric.solve.integrators.integrated_piece import IntegratedPiece, SegmentStart
 from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP, ModeEquations, mode_integrator, node_function
 from symfric.solve.integrators.sizes import filled, rough_motion
+from symfric.solve.integrators.step_control import growth, shrinkage
 from symfric.solve.loop.precision import ROUNDING
 from symfric.solve.loop.stepping.enclosure import unseen_by
 
@@ -40,6 +41,7 @@ _SHORTEST = 1e-9  # shortest piece, relative to the horizon
 _GROWTH = 10  # largest growth of a state in one piece, which sets the scale of its errors
 _KEPT = 8  # most integrators kept, one for each grid of nodes
 _FEWEST = 4  # nodes of a cubic
+_ORDER = 6  # power of the length with which the error of quintics goes
 _INSTANT = 16  # roundings of time in which nothing changes
 _NEWTON = 4  # most Newton corrections of an event time
 
@@ -268,23 +270,21 @@ class ModeIntegrators:
     def _next_piece(self, start: SegmentStart, end: float, reach: float) -> IntegratedPiece | None:
         reach = min(reach, NODES * self.settings.max_step)
         while True:
-            span = min(reach, end - start.t)
+            span, error = min(reach, end - start.t), math.inf
             try:
                 states = self.at_nodes(start, span, NODES)
                 size = start.size[:, None]
                 if np.any(size + np.abs(states) > _GROWTH * (size + np.abs(start.state[:, None]))):
                     raise RuntimeError("what is small at the start would be lost in what is large at the end")
                 piece, excess, below = self._between(start, min(start.t + reach, end), states)
-                # the error of quintics goes with the sixth power of the length
-                factor = 0.9 * max(excess, 1e-6) ** (-1 / 6) if math.isfinite(excess) else 0.2
                 if excess <= 1:
                     cut = self._cut(start, piece, below)
                     if cut is not None and not self._hides_something(start, cut):
-                        return replace(cut, reach=max(reach, min(4.0, factor) * span))
-                    factor = 0.2
+                        return replace(cut, reach=max(reach, growth(excess, _ORDER) * span))
+                error = excess
             except RuntimeError:
-                factor = 0.2
-            reach = span * min(0.7, max(0.1, factor))
+                pass  # a piece that cannot be computed is too long
+            reach = span * shrinkage(error, _ORDER)
             if reach < 4 * np.spacing(end):
                 return None
 

@@ -1,4 +1,4 @@
-"""Tuned mass damper on an undamped main mass: its response, its decay, and what is stationary."""
+"""Tuned mass damper on an undamped main mass: harmonic response, mean square under noise, decay rate."""
 
 from typing import Any, NamedTuple
 

@@ -30,6 +30,9 @@ from symfric.theory.drive.slides_cycle import SlidesCycle
 DIPS = 6  # number of minima of w, in the slip after a long stick, tried as the grazing one
 LOOK = 2**15  # number of samples of that slip
 LARGEST = 1e6  # largest delta sought
+FIRST = 1e-4, 1.5  # first step from a grazing orbit, of delta, and its growth while the family has not turned
+LONGEST = 40  # decay times, or periods, of the slip after a long stick
+INWARD = 0.02, 1e-15  # first step towards weaker friction, of the load, and the least one, where the family ends
 REMEMBER = (0.0, 0.25, 0.5, 0.75, 1.0)  # homotopy: weights of the dependence of the stick on the previous slip
 
 
@@ -255,7 +258,7 @@ def _long_slip(pair: Pair) -> tuple[np.ndarray, np.ndarray]:
     """Return times (n,) and fundamental matrices (n, 4, 4) of slip, until it has decayed or after many periods."""
     rates = np.abs(np.linalg.eigvals(pair.slip).real)
     turns = 2 * np.pi * max(1.0, pair.zeta)
-    end = min(40 / np.min(rates), 40 * turns)
+    end = min(LONGEST / np.min(rates), LONGEST * turns)
     columns = [path(pair.slipping, e, end, LOOK) for e in np.eye(4)]
     return columns[0][0], np.stack([states.T for _, states in columns], axis=2)
 
@@ -285,7 +288,7 @@ def _least(pair: Pair, fc1: float, graze: SlidesOrbit) -> tuple[SlidesOrbit, str
     delta = difference(pair, graze)
     before = graze
     for k in range(40):
-        orbit = closed(pair, before, landing=-1e-4 * delta * 1.5**k)
+        orbit = closed(pair, before, landing=-FIRST[0] * delta * FIRST[1] ** k)
         if orbit is None:
             return None
         if slope(pair, orbit) < 0:
@@ -307,9 +310,9 @@ def _from_above(pair: Pair, fc1: float, delta: float) -> tuple[SlidesOrbit, str]
     orbit = next((o for k in range(12) if (o := _after_a_long_stick(pair, fc1, delta * 2**k)) is not None), None)
     if orbit is None:
         return None
-    low, size = float(pair.load @ orbit.y), 0.02
+    low, size = float(pair.load @ orbit.y), INWARD[0]
     start = low
-    while size > 1e-15:
+    while size > INWARD[1]:
         high = min(low - size * start, 0.0)
         ahead = closed(pair, orbit, landing=high)
         if ahead is None or not passes(pair, ahead, fc1):

@@ -16,6 +16,11 @@ from symfric.search import ROUNDING, zero
 
 W = np.array([0.0, 0.0, 1.0, -1.0])  # h
 SAMPLES = 2048  # samples of one phase of an orbit
+_NEWTON = 40  # most steps of Newton's method
+_CLOSED = 1e-15  # relative step at which an orbit is closed to rounding
+_STALLED = 1e-9  # relative step below which no further progress means that rounding is reached
+_LONGER = 10  # largest factor of a phase against that of the guess; beyond, it is another orbit
+_AT_END = 1e-6  # fraction of the slip before its end within which a touch of w = 0 is that end
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,7 +141,7 @@ def closed(
     a, b = pair.ramp()
     keep = share * np.eye(4) + (1 - share) * np.outer(b, pair.load)
     last = np.inf
-    for _ in range(40):
+    for _ in range(_NEWTON):
         E, S = pair.slipping(T1), pair.sticking(T2)
         out = S @ y
         back = E @ (keep @ out + (1 - share) * a)
@@ -150,12 +155,12 @@ def closed(
         slope[5, 5] = 0.0 if release is None else pair.load @ pair.stick @ out
         if not (np.all(np.isfinite(slope)) and np.all(np.isfinite(residual))):
             return None
-        step = np.linalg.lstsq(slope, residual, rcond=1e-15)[0]
+        step = np.linalg.lstsq(slope, residual, rcond=1e-15)[0]  # at a graze the equations are singular
         y, T1, T2 = y - step[:4], T1 - step[4], T2 - step[5]
-        if not (0 < T1 < 10 * guess.slip and 0 < T2 < 10 * guess.stick):
+        if not (0 < T1 < _LONGER * guess.slip and 0 < T2 < _LONGER * guess.stick):
             return None
         size = np.max(np.abs(step)) / max(1.0, np.max(np.abs(y)))
-        if size < 1e-15 or (size < 1e-9 and size >= 0.5 * last):
+        if size < _CLOSED or (size < _STALLED and size >= 0.5 * last):
             return SlidesOrbit(y, float(T1), float(T2))
         last = size
     return None
@@ -202,7 +207,7 @@ def passes(pair: Pair, orbit: SlidesOrbit, fc1: float) -> bool:
     dips = np.flatnonzero((rates[1:-2] < 0) & (rates[2:-1] >= 0)) + 1
     for k in dips:
         touch = t[k] - rates[k] * (t[k + 1] - t[k]) / (rates[k + 1] - rates[k])
-        if orbit.slip - touch > 1e-6 * orbit.slip and 1 + W @ pair.slipping(touch) @ out <= 0:
+        if orbit.slip - touch > _AT_END * orbit.slip and 1 + W @ pair.slipping(touch) @ out <= 0:
             return False
     loads = pair.load @ path(pair.sticking, orbit.y, orbit.stick)[1]
     return bool(np.all(loads[:-1] < delta) and np.all(loads > -(2 * fc1 + delta)) and loads[0] <= 1e-9 * delta)

@@ -114,10 +114,10 @@ def compare_quenching(law: Law, speed: float, damping: float = 0.0) -> QuenchCom
 
     q_across, q_along = 0.0, 0.0
     if float(slope(np.array(v))) < -damping:
-        found, below = _first(across, v), _first(along, v, 1.0)
-        if found is None:
+        above, below = _first(across, v), _first(along, v, 1.0)
+        if above is None:
             raise NotFound(f"no intensity across up to {_RATIOS[-1] * v:g} makes sliding at {v:g} stable")
-        q_across, q_along = found, v if below is None else below
+        q_across, q_along = above, v if below is None else below
     return QuenchComparison(
         v,
         damping,

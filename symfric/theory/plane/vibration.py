@@ -214,8 +214,8 @@ def _each(speed: Values, intensity: Values, of: _Of, law: Law) -> Any:
         raise SceneError(f"law is {law!r}; give one of sf.laws")
     v, q = _given(speed, intensity)
     law(0.0)  # raises if the law has symbols
-    found = [of(float(a), float(b)) for a, b in zip(v.ravel(), q.ravel(), strict=True)]
-    return _plain(np.array(found).reshape(v.shape))
+    values = [of(float(a), float(b)) for a, b in zip(v.ravel(), q.ravel(), strict=True)]
+    return _plain(np.array(values).reshape(v.shape))
 
 
 def mean_across(law: Law, v: float, q: float, weight: _Weight, of: _Weight | None = None) -> float:

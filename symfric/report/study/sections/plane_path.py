@@ -32,15 +32,15 @@ class PlanePath:
 
 def paths_in_plane(scene: Scene) -> list[PlanePath]:
     """Return the paths of a scene, one for contacts in the plane with the same directions, which must be constant."""
-    found: dict[tuple[sp.Expr, sp.Expr], list[str]] = {}
+    contacts: dict[tuple[sp.Expr, sp.Expr], list[str]] = {}
     system = scene.system
     for contact in (c for c in scene.contacts if c.in_plane):
         slopes = [[w.diff(u) for u in system.u] for w in contact.slips]
         if any(e.free_symbols for row in slopes for e in row):
             continue
         across, up = (sp.Add(*(e * q for e, q in zip(row, system.q, strict=True))) for row in slopes)
-        found.setdefault((across, up), []).append(contact.name)
-    return [PlanePath(tuple(names), *ends) for ends, names in found.items()]
+        contacts.setdefault((across, up), []).append(contact.name)
+    return [PlanePath(tuple(names), *ends) for ends, names in contacts.items()]
 
 
 def path_picture(motion: SampledMotion, path: PlanePath, units: Mapping[str, str]) -> Picture:

@@ -1,4 +1,4 @@
-"""Replace what occurs in graphs, not only their symbols, by other graphs."""
+"""Replace parts of CasADi graphs, not only their symbols, by other graphs."""
 
 from collections.abc import Sequence
 

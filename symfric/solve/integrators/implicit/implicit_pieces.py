@@ -18,9 +18,11 @@ from symfric.solve.integrators.dense_output.refined_grid import cubics
 from symfric.solve.integrators.implicit.stretch import inside, outside, stretched
 from symfric.solve.integrators.integrated_piece import IntegratedPiece, SegmentStart
 from symfric.solve.integrators.mode_functions import ModeEquations, mode_integrator
+from symfric.solve.integrators.step_control import growth, shrinkage
 
 _SAFETY, _FINEST = 1e-3, 1e-11  # local tolerance relative to that of the run, and the smallest
 _NODES = 32  # of a piece
+_ORDER = 4  # power of the length with which the error of cubics goes
 _PARTS = 16  # pieces of which the horizon has at least so many
 _STRETCHED = 1e6  # scaled length of a motion, since CasADi takes times less than 1e-9 apart for one
 _BETWEEN = 10  # error allowed between the nodes, in tolerances
@@ -76,21 +78,21 @@ class ImplicitPieces:
             left = end - at_start
             if left <= _INSTANT * np.spacing(end):
                 return outside(self.stretch, self._instant(begun, end, reach), start.p)
-            span, piece = min(reach, left), None
+            span, piece, error = min(reach, left), None, math.inf
             try:
                 piece, excess, noise = self._cubics(begun, start.size, at_start + span if span < left else end)
                 if excess <= 1:
-                    # the error of cubics goes with the fourth power of the length
-                    grown = span * min(4.0, 0.9 * max(excess, 1e-6) ** -0.25)
                     cut = self._cut(begun, start.size, piece, noise)
                     if cut is not None:
-                        return outside(self.stretch, replace(cut, reach=max(reach, grown)), start.p)
-                factor = 0.9 * excess**-0.25 if math.isfinite(excess) and excess > 1 else 0.2
+                        return outside(
+                            self.stretch, replace(cut, reach=max(reach, span * growth(excess, _ORDER))), start.p
+                        )
+                error = excess
             except RuntimeError:
-                factor = 0.2
+                pass  # a piece that cannot be computed is too long
             if span <= shortest:
                 return None if piece is None else outside(self.stretch, self._layer(piece, reach), start.p)
-            reach = max(span * min(0.7, max(0.1, factor)), shortest)
+            reach = max(span * shrinkage(error, _ORDER), shortest)
 
     def _layer(self, piece: IntegratedPiece, reach: float) -> IntegratedPiece:
         """Return a piece too short to resolve what happens in it: guards that fell in it did so at its end."""
