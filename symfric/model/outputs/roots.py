@@ -42,4 +42,4 @@ def second_slopes_of_root(twice: Any, slopes: Any, radicand: Any, pairs: Sequenc
     """
     products = np.array([slopes[a] * slopes[b] for a, b in pairs])
     with np.errstate(divide="ignore", invalid="ignore"):
-        return (0.5 * twice - products) / radicand**0.5
+        return np.asarray((0.5 * twice - products) / radicand**0.5)

@@ -11,10 +11,11 @@ _FAILED = 0.2  # factor where no error is known: the integrator gave up, or an e
 
 def growth(excess: float, order: int) -> float:
     """Return the factor of the next length after an accepted piece whose error goes with a power of its length."""
-    return min(_GROWTH, _SAFETY * max(excess, _TRIFLE) ** (-1 / order))
+    factor: float = _SAFETY * max(excess, _TRIFLE) ** (-1 / order)
+    return min(_GROWTH, factor)
 
 
 def shrinkage(excess: float, order: int) -> float:
     """Return the factor of the length for another try; infinite or small errors stand for other failures."""
-    factor = _SAFETY * excess ** (-1 / order) if math.isfinite(excess) and excess > 1 else _FAILED
+    factor: float = _SAFETY * excess ** (-1 / order) if math.isfinite(excess) and excess > 1 else _FAILED
     return min(_SHRINK[1], max(_SHRINK[0], factor))
