@@ -174,7 +174,9 @@ def break_ahead(system: ShootingSystem, point: Point, way: np.ndarray, step: flo
         contact = _contact_that_differs(point.passage, ahead)
         if not system.flow.peaked(contact, values):
             return None
-        return DiscontinuityPoint(Condition(kind_of(point.passage, ahead)), system, _last(system, point, way, distance), jump=True)
+        return DiscontinuityPoint(
+            Condition(kind_of(point.passage, ahead)), system, _last(system, point, way, distance), jump=True
+        )
     return None
 
 

@@ -112,7 +112,8 @@ class _Gathering:
             for a, c in terms.items():
                 coefficients[i, used.index(a)] = c
         atoms, rests = ([self._atoms[a] for a in used], [rest for _, rest in forms])
-        return coefficients, *(ca.vertcat(*e) if e else ca.SX(0, 1) for e in (atoms, rests))
+        column, fixed = (ca.vertcat(*e) if e else ca.SX(0, 1) for e in (atoms, rests))
+        return coefficients, column, fixed
 
     def add(self, node: Node) -> None:
         """Append the form of the next node."""

@@ -21,8 +21,9 @@ from symfric.lower.constraint_forces import DISTINCT, FOLLOWS, HOLDS, SHARES
 from symfric.lower.planes import SINCE, STARTS
 from symfric.solve.loop.codes import COUPLING, OK, UNDECIDED
 from symfric.solve.loop.events.time_steps import step_over
+from symfric.solve.loop.modes.contradiction import contradiction
 from symfric.solve.loop.modes.feet import accelerate, are_redundant, carry, leave_at_limit, tell_forces
-from symfric.solve.loop.modes.layout import backward, forward, turn
+from symfric.solve.loop.modes.layout import backward, forward, turn, way
 from symfric.solve.loop.modes.mode_selection import change_switch, loads_hold, mark_fresh
 from symfric.solve.loop.modes.resting_edges import find_edges
 from symfric.solve.loop.modes.sticking_basis import share
@@ -35,7 +36,7 @@ from symfric.solve.loop.workspace import LoopArrays
 _SWEEPS = 5000  # most repetitions over all contacts
 _ROOT = 60  # most Newton steps of one contact, each nearer from the same side
 _ROUNDS = 8  # most repetitions because kinks were passed
-_MORE = 2  # and for each kink, because one is passed at a time
+_MORE = 2  # and for each kink and contact, because one is passed or turns round at a time
 _RETURNS = 3  # how often a contact that started may be held again
 
 
@@ -55,16 +56,33 @@ def settle_planes(w: LoopArrays) -> int:
     for i in range(w.selection.turns.size):
         w.selection.turns[i] = 0
     edges = w.limits.edges > 0
-    for attempt in range(_ROUNDS + _MORE * n_s):
+    for attempt in range(_ROUNDS + _MORE * (n_s + n_c)):
         status = _decide(w, n_x, n_c)
         if status != OK:
             return status
+        if _turns_round(w, n_x, n_c):
+            continue
         if attempt == 0 and edges and find_edges(w, n_x, n_c, True):
             continue
         if n_s == 0 or not change_switch(w, n_x, n_c, n_s, edges):
             mark_fresh(w, n_x, n_c, n_s)
             return OK
     return UNDECIDED
+
+
+@compiled
+def _turns_round(w: LoopArrays, n_x: int, n_c: int) -> bool:
+    """Turn round one contact along a line that cannot stick and contradicts its direction; return whether one did.
+
+    A law with memory has such a contact: its force is a state, and only the direction of the slip changes.
+    """
+    for i in range(n_c):
+        alone = w.contacts.sticks[i] == 0 and w.contacts.partner[i] < 0
+        if alone and contradiction(w, n_x, i, w.clock.t_end)[0] > 0.0:
+            w.selection.turns[i] += 1
+            turn(w, i, -way(w, i))
+            return True
+    return False
 
 
 @compiled(inline=True)
