@@ -236,7 +236,7 @@ def _switch(w: LoopArrays, n_x: int, n_c: int) -> int:
     if w.openings.variable.size:
         changed += log_openings(w, starting)
     keep_scales(w, n_x, n_c)
-    at_rest = n_c > 0
+    at_rest = n_c > 0 or w.openings.variable.size > 0
     for i in range(n_c):
         new = mode(w, i)
         at_rest = at_rest and new == 0
