@@ -22,7 +22,9 @@ from symfric.lower.planes import SINCE, STARTS
 from symfric.solve.loop.codes import COUPLING, OK, UNDECIDED
 from symfric.solve.loop.events.time_steps import step_over
 from symfric.solve.loop.modes.contradiction import contradiction
-from symfric.solve.loop.modes.feet import accelerate, are_redundant, carry, leave_at_limit, tell_forces
+from symfric.solve.loop.modes.feet import accelerate
+from symfric.solve.loop.modes.feet_forces import carry, leave_at_limit, tell_forces
+from symfric.solve.loop.modes.feet_slips import are_redundant
 from symfric.solve.loop.modes.layout import backward, forward, turn, way
 from symfric.solve.loop.modes.mode_selection import change_switch, loads_hold, mark_fresh
 from symfric.solve.loop.modes.resting_edges import find_edges

@@ -1,0 +1,182 @@
+"""Slips of contacts at rest in as few coordinates as they are independent, see `symfric.solve.loop.modes.feet`.
+
+``s = L zeta`` by Cholesky's method with pivots, ``L L^T = J M^-1 J^T``, from the rows of J themselves: differences of
+nearly parallel rows keep their digits.
+"""
+
+import numpy as np
+
+from symfric.codegen.array_table import Reals
+from symfric.codegen.numba_types import compiled
+from symfric.solve.loop.codes import COUPLING
+from symfric.solve.loop.workspace import LoopArrays
+
+_SAME = 1e-24  # square of the part of a slip that no others have, relative, below which it follows from them
+
+
+@compiled
+def are_redundant(w: LoopArrays, n_c: int) -> bool:
+    """Whether slips of contacts at rest follow from those of others that are no multiples of them."""
+    if w.limits.coupled == 0:
+        return False
+    n = 0
+    for i in range(n_c):
+        j = w.contacts.partner[i]
+        first = i if j < 0 or i < j else j
+        w.feet.among[i] = w.selection.zero[i] != 0 and w.contacts.sticks[i] != 0 and w.planes.stands[first] == first
+        n += w.feet.among[i]
+    return n > 1 and factorise(w, n_c) < n
+
+
+@compiled
+def take_all(w: LoopArrays, n_c: int) -> None:
+    """Let all contacts at rest that can stick be those of the problem, with the bounds in ``w.planes.bound``."""
+    for i in range(n_c):
+        w.feet.among[i] = w.selection.zero[i] != 0 and w.contacts.sticks[i] != 0
+    factorise(w, n_c)
+
+
+@compiled
+def factorise(w: LoopArrays, n_c: int) -> int:
+    """Compute L; return how many slips are independent."""
+    f, slopes, response = w.feet, w.basis.slopes, w.basis.response
+    n_q, spread, rank = w.limits.n_q, COUPLING + n_c, 0
+    for i in range(n_c):
+        f.used[i] = 0
+        for r in range(n_q):
+            slopes[i, r], response[i, r] = w.gauge[spread + n_q + r, i], w.gauge[spread + r, i]
+    while rank < min(n_c, n_q):
+        best, largest = -1, _SAME
+        for i in range(n_c):
+            if f.among[i] and f.used[i] == 0:
+                left = _product(w, i, i) / w.gauge[COUPLING + i, i]
+                if left > largest:
+                    best, largest = i, left
+        if best < 0:
+            break
+        root = np.sqrt(_product(w, best, best))
+        for r in range(n_q):
+            slopes[best, r] /= root
+            response[best, r] /= root
+        f.used[best], f.pivot[rank] = 1, best
+        rank += 1
+        for i in range(n_c):
+            if f.among[i] == 0 or f.used[i]:
+                continue
+            for _ in range(2):  # twice, because once leaves an error of rounding over the difference of the rows
+                part = _product(w, best, i)
+                for r in range(n_q):
+                    slopes[i, r] -= part * slopes[best, r]
+                    response[i, r] -= part * response[best, r]
+    for i in range(n_c):
+        for k in range(rank):
+            total = 0.0
+            for r in range(n_q):
+                total += w.gauge[spread + n_q + r, i] * response[f.pivot[k], r]
+            f.factor[i, k] = total
+    for k in range(rank):
+        for n in range(k + 1, rank):
+            f.factor[f.pivot[k], n] = 0.0
+    for i in range(n_c):
+        j, f.size[i] = w.contacts.partner[i], 0.0
+        if f.among[i]:
+            both = w.gauge[COUPLING + i, i] + (w.gauge[COUPLING + j, j] if j >= 0 else 0.0)
+            f.size[i] = np.sqrt(0.5 * both if j >= 0 else both)
+    f.rank[0] = rank
+    return rank
+
+
+@compiled
+def _product(w: LoopArrays, i: int, j: int) -> float:
+    total = 0.0
+    for r in range(w.limits.n_q):
+        total += w.basis.slopes[i, r] * w.basis.response[j, r]
+    return total
+
+
+@compiled
+def is_first(w: LoopArrays, i: int) -> bool:
+    """Whether row i is a contact along a line, or the first component of one in the plane, of the problem."""
+    return w.feet.among[i] != 0 and not 0 <= w.contacts.partner[i] < i
+
+
+@compiled
+def is_active(w: LoopArrays, i: int) -> bool:
+    """Whether row i is the first one of a contact whose friction is that of the smooth problem."""
+    return is_first(w, i) and w.planes.bound[i] > 0.0 and w.feet.sticks[i] == 0
+
+
+@compiled
+def aim(w: LoopArrays) -> float:
+    """Compute zeta_0 from the slip accelerations in ``w.planes.free``; return its length."""
+    f, total = w.feet, 0.0
+    for k in range(f.rank[0]):
+        i = f.pivot[k]
+        rest = w.planes.free[i]
+        for n in range(k):
+            rest -= f.factor[i, n] * f.target[n]
+        f.target[k] = rest / f.factor[i, k]
+        total += f.target[k] ** 2
+    f.scale[0] = np.sqrt(total)
+    return float(f.scale[0])
+
+
+@compiled
+def slip_of(w: LoopArrays, i: int, at: int) -> float:
+    """Return slip i at the point (0) or at the trial point (1)."""
+    total = 0.0
+    for k in range(w.feet.rank[0]):
+        total += w.feet.factor[i, k] * w.feet.point[at, k]
+    return total
+
+
+@compiled
+def stepped(w: LoopArrays, i: int) -> float:
+    """Return what the step changes of slip i."""
+    total = 0.0
+    for k in range(w.feet.rank[0]):
+        total += w.feet.factor[i, k] * w.feet.step[k]
+    return total
+
+
+@compiled
+def largest_slip(w: LoopArrays, n_c: int) -> float:
+    """Return the largest virtual slip, relative to the size of its row."""
+    largest = 0.0
+    for i in range(n_c):
+        if w.feet.among[i] and w.feet.size[i] > 0.0:
+            largest = max(largest, abs(slip_of(w, i, 0)) / w.feet.size[i])
+    return largest
+
+
+@compiled
+def held_directions(w: LoopArrays, n_c: int) -> int:
+    """Compute an orthonormal basis of what contacts that stick hold; return its number."""
+    f, n, held = w.feet, w.feet.rank[0], 0
+    for i in range(n_c):
+        if f.among[i] == 0 or f.sticks[i] == 0 or held == n:
+            continue
+        for k in range(n):
+            f.kept[held, k] = f.factor[i, k]
+        for _ in range(2):
+            leave_free(w, f.kept[held], held)
+        size = 0.0
+        for k in range(n):
+            size += f.kept[held, k] ** 2
+        if size <= _SAME * w.gauge[COUPLING + i, i]:
+            continue
+        for k in range(n):
+            f.kept[held, k] /= np.sqrt(size)
+        held += 1
+    return held
+
+
+@compiled
+def leave_free(w: LoopArrays, vector: Reals, held: int) -> None:
+    """Subtract the components along the first directions that are held."""
+    for h in range(held):
+        part = 0.0
+        for k in range(w.feet.rank[0]):
+            part += w.feet.kept[h, k] * vector[k]
+        for k in range(w.feet.rank[0]):
+            vector[k] -= part * w.feet.kept[h, k]
