@@ -195,8 +195,8 @@ class ContactDynamics:
     @classmethod
     def of(cls, scene: Scene, constants: Mapping[sp.Symbol, sp.Expr] | None = None) -> "ContactDynamics":
         """Return the equations of a scene."""
-        inputs, horizon = tuple(scene.inputs), scene.horizon
-        found = cls(scene.system, scene.contacts, scene.parameters, inputs, constants, horizon=horizon)
+        given = scene.system, scene.contacts, scene.parameters, tuple(scene.inputs)
+        found = cls(*given, constants, horizon=scene.horizon)
         if scene.clocks:
             found.springs.append(Clocks.of(scene, found._print.symbols, found.constants, found.t, found.read))
         return found
@@ -335,9 +335,8 @@ class ContactDynamics:
     def kinetic(self, i: int, speed: ca.SX) -> ca.SX:
         """Return the kinetic coefficient of contact i at a speed."""
         contact = self.contacts[i]
-        inside = {**self._print.symbols, SPEED: speed}
-        show = Printer(inside, {*self.moving, SPEED}, self.switches, scope=contact.name)
-        return show(bridged(contact.law.where(self.constants)))
+        known, law = {**self._print.symbols, SPEED: speed}, bridged(contact.law.where(self.constants))
+        return Printer(known, {*self.moving, SPEED}, self.switches, scope=contact.name)(law)
 
     def _in_plane(self, plane: Plane, load: ca.SX, component: int) -> ca.SX:
         """Return a component of the friction of a contact in the plane while it slips."""
@@ -347,8 +346,7 @@ class ContactDynamics:
         """Return the graph of an expression of a law with memory, with the slip of its contact and its direction."""
         assert contact.law.memory is not None
         inside = {**self._print.symbols, SLIP: slip, SPEED: side * slip, SIDE: side}
-        states = dict(zip(contact.law.memory.symbols, contact.states, strict=True))
-        inside |= {own: inside[state] for own, state in states.items()}
+        inside |= {own: inside[state] for own, state in zip(contact.law.memory.symbols, contact.states, strict=True)}
         show = Printer(inside, {*self.moving, *contact.law.memory.reserved}, self.switches, scope=contact.name)
         return show(expr.xreplace(self.constants))
 
@@ -393,9 +391,8 @@ class ContactDynamics:
         """Return the friction force that contact i is told while it sticks, beside that of its own constraint."""
         if not self.dependent[i]:
             return ca.SX(0)
-        for plane in self.planes:
-            if plane.row <= i <= plane.row + 1:
-                return ca.SX(0) if self.openings else plane.told[i - plane.row]
+        if plane := next((p for p in self.planes if p.row <= i <= p.row + 1), None):
+            return ca.SX(0) if self.openings else plane.told[i - plane.row]
         bound = self.edges.towards(i, self.d[i], self.load[i] * self.static[i])
         return ca.if_else(self.s[i] == AT_BOUND, -self.d[i] * bound, 0)
 

@@ -17,7 +17,7 @@ an acceleration is decided by the next derivative.
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.lower.constraint_forces import DISTINCT, FOLLOWS, HOLDS, SHARES
+from symfric.lower.constraint_forces import FOLLOWS, HOLDS
 from symfric.lower.planes import SINCE, STARTS
 from symfric.solve.loop.codes import COUPLING, OK, UNDECIDED
 from symfric.solve.loop.events.time_steps import step_over
@@ -28,6 +28,16 @@ from symfric.solve.loop.modes.feet_slips import are_redundant
 from symfric.solve.loop.modes.layout import backward, forward, turn, way
 from symfric.solve.loop.modes.mode_selection import change_switch, loads_hold, mark_fresh
 from symfric.solve.loop.modes.resting_edges import find_edges
+from symfric.solve.loop.modes.same_slips import (
+    bounds_row,
+    component,
+    is_second,
+    join,
+    leave_together,
+    ratio,
+    shares,
+    undecided,
+)
 from symfric.solve.loop.modes.sticking_basis import share
 from symfric.solve.loop.modes.tolerances import doubt_of, little
 from symfric.solve.loop.modes.zero_slips import try_sticking
@@ -87,33 +97,15 @@ def _turns_round(w: LoopArrays, n_x: int, n_c: int) -> bool:
     return False
 
 
-@compiled(inline=True)
-def _limits(w: LoopArrays) -> int:
-    """Return the row of the gauge with the static bounds; the kinetic ones are in the next."""
-    return COUPLING + w.contacts.sticks.size + w.limits.n_q + w.limits.coupled
-
-
-@compiled(inline=True)
-def _is_second(w: LoopArrays, i: int) -> bool:
-    """Whether row i is the second component of a contact in the plane."""
-    return 0 <= w.contacts.partner[i] < i
-
-
-@compiled(inline=True)
-def _undecided(w: LoopArrays, i: int) -> bool:
-    """Whether contact i is at rest and can stick."""
-    return w.selection.zero[i] != 0 and w.contacts.sticks[i] != 0
-
-
 @compiled
 def _decide(w: LoopArrays, n_x: int, n_c: int) -> int:
     """Find a mode in which no contact at rest contradicts its force."""
     p = w.planes
     for i in range(n_c):
         p.returned[i] = 0
-        p.leaves[i] = _undecided(w, i) and w.selection.old[i] == 0 and _was_hit(w, i)
-    _leave_together(w, n_c)
-    _join(w, n_c)
+        p.leaves[i] = undecided(w, i) and w.selection.old[i] == 0 and _was_hit(w, i)
+    leave_together(w, n_c)
+    join(w, n_c)
     feet, fell = are_redundant(w, n_c), False
     for i in range(n_c):
         fell = fell or p.leaves[i] != 0
@@ -131,7 +123,7 @@ def _decide(w: LoopArrays, n_x: int, n_c: int) -> int:
         if status != OK:
             return status
         for i in range(n_c):
-            if _undecided(w, i) and not _is_second(w, i):
+            if undecided(w, i) and not is_second(w, i):
                 _set_mode(w, i)
         if feet:
             _hold_lines_first(w, n_c)
@@ -139,8 +131,8 @@ def _decide(w: LoopArrays, n_x: int, n_c: int) -> int:
         if feet and carry(w, n_c):
             tell_forces(w, n_x, n_c)
         for i in range(n_c):
-            beyond = w.m[i] != HOLDS and not _shares(w, i) and not (feet and w.contacts.partner[i] >= 0)
-            if _undecided(w, i) and w.m[i] > 0.5 and beyond:
+            beyond = w.m[i] != HOLDS and not shares(w, i) and not (feet and w.contacts.partner[i] >= 0)
+            if undecided(w, i) and w.m[i] > 0.5 and beyond:
                 return UNDECIDED  # its force is not determined
         prelude(w)
         probe(w)
@@ -156,7 +148,7 @@ def _decide(w: LoopArrays, n_x: int, n_c: int) -> int:
 def _hold_lines_first(w: LoopArrays, n_c: int) -> None:
     """Let contacts along a line that stick be the first of the basis: only those in the plane can be told a force."""
     for i in range(n_c):
-        if _undecided(w, i) and w.m[i] == FOLLOWS and w.contacts.partner[i] < 0:
+        if undecided(w, i) and w.m[i] == FOLLOWS and w.contacts.partner[i] < 0:
             w.m[i] = HOLDS
 
 
@@ -167,79 +159,10 @@ def _was_hit(w: LoopArrays, i: int) -> bool:
 
 
 @compiled
-def _leave_together(w: LoopArrays, n_c: int) -> None:
-    """Mark the contacts in the plane that shared their force with one that leaves: all reach their bounds at once."""
-    for i in range(n_c):
-        if not w.planes.leaves[i] or w.contacts.partner[i] <= i:
-            continue
-        for k in range(n_c):
-            j = w.contacts.partner[k]
-            if j > k and w.selection.old[k] == 0 and _undecided(w, k) and _is_twin(w, k, i):
-                w.planes.leaves[k] = 1
-
-
-@compiled(inline=True)
-def _shares(w: LoopArrays, i: int) -> bool:
-    """Whether contact i shares the force of one in the plane with the same slip, in proportion to their bounds."""
-    j = w.contacts.partner[i]
-    if j < 0 or w.m[i] != SHARES or w.m[j] != SHARES:
-        return False
-    for k in range(w.basis.order.size):
-        n = w.contacts.partner[k]
-        if n > k and w.m[k] == HOLDS and w.m[n] == HOLDS and _is_twin(w, min(i, j), k):
-            return True
-    return False
-
-
-@compiled
-def _is_twin(w: LoopArrays, i: int, k: int) -> bool:
-    """Whether the slips of two contacts in the plane have the same magnitude, up to one factor, in any motion.
-
-    The components of one are those of the other, in any order and direction, times the factor.
-    """
-    j = w.contacts.partner[i]
-    first = _component(w, i, k)
-    second = w.contacts.partner[first]
-    if w.contacts.parallel[i] != w.contacts.parallel[first] or w.contacts.parallel[j] != w.contacts.parallel[second]:
-        return False
-    a, b = _ratio(w, i, first), _ratio(w, j, second)
-    return abs(abs(a) - abs(b)) <= DISTINCT * (abs(a) + abs(b))
-
-
-@compiled(inline=True)
-def _component(w: LoopArrays, i: int, k: int) -> int:
-    """Return the component of contact k in the plane that is a multiple of row i, if either is."""
-    return k if w.contacts.parallel[i] == w.contacts.parallel[k] else w.contacts.partner[k]
-
-
-@compiled(inline=True)
-def _ratio(w: LoopArrays, i: int, k: int) -> float:
-    """Return slip i over slip k, of which it is a multiple."""
-    return w.gauge[COUPLING + i, k] / w.gauge[COUPLING + k, k]
-
-
-@compiled
-def _join(w: LoopArrays, n_c: int) -> None:
-    """Let the first of the contacts with the same slip stand for all of them, with the sum of their bounds."""
-    p, row = w.planes, _limits(w)
-    for i in range(n_c):
-        p.bound[i], p.stands[i] = w.gauge[row + (p.slides[i] != 0), i], i
-        if not _undecided(w, i) or w.contacts.partner[i] <= i:
-            continue
-        for k in range(i):
-            if w.contacts.partner[k] > k and p.stands[k] == k and _undecided(w, k) and _is_twin(w, i, k):
-                first, n = _component(w, i, k), w.contacts.partner[k]
-                second = w.contacts.partner[first]
-                way = _ratio(w, i, first) * _ratio(w, w.contacts.partner[i], second)
-                p.stands[i], p.turned[i] = k, 1.0 if (way > 0.0) == (second == n) else -1.0
-                p.bound[k] += p.bound[i] * abs(_ratio(w, i, first))
-
-
-@compiled
 def _free(w: LoopArrays, n_x: int, n_c: int) -> None:
     """Compute the slip accelerations without forces of the contacts at rest."""
     for i in range(n_c):
-        if not _undecided(w, i):
+        if not undecided(w, i):
             continue
         w.m[i] = FOLLOWS
         if w.contacts.partner[i] > i:
@@ -260,16 +183,16 @@ def _balance(w: LoopArrays, n_c: int, feet: bool) -> int:
     for _ in range(4 * n_c + 8):
         if feet:
             for i in range(n_c):
-                p.bound[i] = w.gauge[_limits(w) + (p.slides[i] != 0), i]
+                p.bound[i] = w.gauge[bounds_row(w) + (p.slides[i] != 0), i]
             if not accelerate(w, n_c):
                 return UNDECIDED
         else:
-            _join(w, n_c)
+            join(w, n_c)
             if not _forces(w, n_c):
                 return UNDECIDED
         changed = False
         for i in range(n_c):
-            if not _undecided(w, i) or _is_second(w, i):
+            if not undecided(w, i) or is_second(w, i):
                 continue
             moves = _speeding(w, i) > _nothing(w, i)
             if moves and p.slides[i] == 0:
@@ -285,7 +208,7 @@ def _balance(w: LoopArrays, n_c: int, feet: bool) -> int:
 @compiled(inline=True)
 def _is_tied(w: LoopArrays, i: int) -> bool:
     """Whether contact i has reached a bound that does not fall with its release."""
-    row = _limits(w)
+    row = bounds_row(w)
     return w.planes.leaves[i] != 0 and w.gauge[row + 1, i] >= w.gauge[row, i] * (1.0 - ROUNDING)
 
 
@@ -310,7 +233,7 @@ def _forces(w: LoopArrays, n_c: int) -> bool:
     for _ in range(_SWEEPS):
         moved, size = 0.0, 0.0
         for i in range(n_c):
-            if not _undecided(w, i) or _is_second(w, i):
+            if not undecided(w, i) or is_second(w, i):
                 continue
             if p.stands[i] != i:
                 p.force[i], p.force[w.contacts.partner[i]] = 0.0, 0.0
@@ -335,7 +258,7 @@ def _forces(w: LoopArrays, n_c: int) -> bool:
     else:
         return False
     for i in range(n_c):
-        if _undecided(w, i):
+        if undecided(w, i):
             p.gain[i] = _felt(w, i, n_c, -1, -1)
     return True
 
@@ -345,7 +268,7 @@ def _felt(w: LoopArrays, i: int, n_c: int, first: int, second: int) -> float:
     """Return the acceleration of slip i by all forces but those of rows `first` and `second`."""
     total = w.planes.free[i]
     for k in range(n_c):
-        if k != first and k != second and _undecided(w, k):
+        if k != first and k != second and undecided(w, k):
             total += w.gauge[COUPLING + i, k] * w.planes.force[k]
     return total
 
@@ -395,10 +318,10 @@ def _set_mode(w: LoopArrays, i: int) -> None:
         turn(w, i, 1.0 if pushed > 0.0 else -1.0)
         return
     k, v = p.stands[i], p.variable[i]
-    x, y = _start(w, k, _component(w, i, k)), _start(w, k, _component(w, j, k))
+    x, y = _start(w, k, component(w, i, k)), _start(w, k, component(w, j, k))
     if k != i:
-        x = x if _ratio(w, i, _component(w, i, k)) > 0.0 else -x
-        y = y if _ratio(w, j, _component(w, j, k)) > 0.0 else -y
+        x = x if ratio(w, i, component(w, i, k)) > 0.0 else -x
+        y = y if ratio(w, j, component(w, j, k)) > 0.0 else -y
     size = np.hypot(x, y)
     if size == 0.0:
         return
@@ -423,7 +346,7 @@ def _contradicts(w: LoopArrays, n_x: int, n_c: int) -> bool:
     """Mark contacts at rest whose force exceeds its bound just after, or that do not leave it; return whether so."""
     p, found = w.planes, False
     for i in range(n_c):
-        if not _undecided(w, i) or _is_second(w, i) or p.returned[i] >= _RETURNS:
+        if not undecided(w, i) or is_second(w, i) or p.returned[i] >= _RETURNS:
             continue
         g, j, slips = n_x + backward(i), w.contacts.partner[i], w.m[i] < 0.5
         if slips and p.leaves[i] and _speeding(w, i) <= _nothing(w, i):
@@ -447,5 +370,5 @@ def _exceeds(w: LoopArrays, i: int, room: float, change: float) -> bool:
     """Whether the force of a sticking contact is beyond its bound, or on it and growing."""
     doubt = doubt_of(w, i)
     if w.contacts.partner[i] >= 0:  # the guard is the difference of two squares
-        doubt *= 2.0 * w.gauge[_limits(w), i] + doubt
+        doubt *= 2.0 * w.gauge[bounds_row(w), i] + doubt
     return room < -doubt or (abs(room) <= doubt and change < 0.0 and w.counts.steps == 0)
