@@ -24,7 +24,7 @@ def printed(*cells):
 
 own = "import os, sys; print(os.getppid(), 'symfric' in sys.modules, 'symfric.orbits' in sys.modules); sys.x = 1"
 with kernel.offered():
-    first, second = printed(own), printed(own, "hasattr(sys, 'x'), os.environ['WORD'], os.getcwd()")
+    first, second = printed(own), printed(own, "print((hasattr(sys, 'x'), os.environ['WORD'], os.getcwd()))")
     drawn = printed("import matplotlib.pyplot as plt", "_ = plt.plot([1, 2])")
     parent = int(first.split()[0])
 print(first == second.splitlines()[0] + "\\n", "True True" in first, parent != os.getpid())

@@ -66,7 +66,7 @@ def test_a_call_is_measured_in_new_processes(tmp_path, monkeypatch):
     cold, warm, again = where.where([name])
     assert [share.state for share in (cold, warm, again)] == list(where.STATES)
     assert cold.total > warm.total > again.total
-    assert cold.seconds["compilation"] > 5 * warm.seconds["compilation"]
+    assert cold.seconds["compilation"] > 2 * warm.seconds["compilation"]  # code from the cache is still loaded
     assert cold.runs == warm.runs == again.runs
     monkeypatch.setattr(where, "where", lambda progress: (cold,))
     told = CliRunner().invoke(main, ["bench", "--where", "--json", "--quiet", "-o", str(tmp_path)])

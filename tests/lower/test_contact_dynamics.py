@@ -28,7 +28,7 @@ def callers(*names):
 def test_nothing_else_translates_forces_or_solves_for_accelerations():
     assert callers("ldl", "ldl_solve") == {"lower/contact_dynamics.py"}
     # starting values, a law over the speed alone, one driven by a given motion, and samples are no equations of motion
-    others = {"lower/clocks.py"} | {
+    others = {"lower/at_instants.py", "lower/clocks.py"} | {
         "lower/variational_equations.py",
         "design/quench/averaged_damping.py",
         "identification/loops.py",

@@ -111,6 +111,7 @@ MODEL = {
     "control.pid": lambda k: str(sf.control.pid(X, 0, 1 + k, 1, 0.5, every=0.1, limits=(-1, 1))),
     "control.state_feedback": lambda k: str(sf.control.state_feedback([X, U], [1.0, 2.0 + k], every=0.1)),
     "control.friction_compensation": lambda k: str(sf.control.friction_compensation(U, 0.3 + 0.1 * k, every=0.1)),
+    "control.pwm": lambda k: str(sf.control.pwm(0.1 * k, every=0.01)),
     "control.dither": lambda k: str(sf.control.dither(0.1, 20 + k, shape="square")),
     "control.discrete": lambda k: str(sf.control.discrete(control.ss(0.9, 0.1, 1.0 + k, 0.0, dt=0.1), [X])),
     "laws.coulomb": lambda k: sf.laws.coulomb(0.4, 0.3 - 0.01 * k)(0.5),
