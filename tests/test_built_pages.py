@@ -41,7 +41,7 @@ FOUND = {  # what people type: a page that the search has to find
     "step in time": "howto/steps_in_time",
     "held": "howto/held",
     "ellipse": "explanation/plane",
-    "lift off": "howto/contacts_that_open",
+    "lift off": "reference/other_words",
     "dead time": "howto/held",
     "bolted joint": "howto/memory",
     "parallel": "tutorials/sweeps",
