@@ -47,3 +47,14 @@ def test_many_cases_say_what_single_runs_say():
     program, x = sf.prepare(two(0.0)), np.linspace(-2.0, 2.0, 1000)
     batch = program.map(initial={"x": x})
     assert np.array_equal(batch["stop"], [program.run(initial={"x": v})["stop"] for v in x], equal_nan=True)
+
+
+@pytest.mark.parametrize(("horizon", "rests"), [(3.0, True), (1.0, False)])
+def test_a_ball_on_a_stop_without_friction(horizon, rests):
+    floor = sf.Contact("floor", slip=None, normal=sf.Unilateral(X, restitution=0.5))
+    system, start = sf.System([X], [U], [[1]], [-9.81]), {X: 1.0, U: 0.0}
+    run = sf.simulate(sf.Scene(system, [floor], {}, start, horizon, {"stop": sf.StopTime()}), 1e-11)
+    if rests:  # bounces last sqrt(2 h/g) (1 + e)/(1 - e); the last ones are known to the root of the tolerance
+        assert run["stop"] == pytest.approx(3 * np.sqrt(2 / 9.81), abs=1e-5)
+    else:
+        assert np.isnan(run["stop"])
