@@ -100,6 +100,8 @@ def _become_kernel(door: socket.socket, caller: socket.socket) -> None:
     os.chdir(asked["folder"])
     os.environ.clear()
     os.environ.update(asked["environment"])
+    paths = os.environ.get("PYTHONPATH", "").split(os.pathsep)  # what an interpreter reads as it starts
+    sys.path[:0] = [path for path in paths if path and path not in sys.path]
 
     def watch() -> None:
         caller.recv(1)
