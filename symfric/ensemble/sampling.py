@@ -7,7 +7,9 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.model.arguments import is_one_of, whole
 from symfric.model.symbols import Key, name_of
+from symfric.spelling import spelt
 
 METHODS = ("sobol", "latin", "random")
 MOST = 10_000_000  # cases
@@ -98,6 +100,7 @@ def row_of(values: Any, name: str) -> np.ndarray:
     return row
 
 
+@spelt
 def draw(
     distributions: Mapping[Key, Any],
     number: int,
@@ -168,10 +171,10 @@ def draw(
             raise SceneError(f"{what} is {value!r}; give a whole number, at least 1")
     if number * repeats > MOST:
         raise SceneError(f"{number} cases {repeats} times are more than {MOST}; draw fewer")
-    if method not in METHODS:
+    if not is_one_of(method, METHODS):
         raise SceneError(f"method is {method!r}; it is one of {', '.join(map(repr, METHODS))}")
     factor = None if correlation is None else _factor(correlation, len(names))
-    seeds = np.random.SeedSequence(seed).spawn(repeats)
+    seeds = np.random.SeedSequence(whole(seed, "seed", 0)).spawn(repeats)
     parts = []
     for own in seeds:
         rng = np.random.default_rng(own)

@@ -14,10 +14,12 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.numeric import numeric
 from symfric.model.symbols import SPEED, Key, positive
+from symfric.spelling import spelt
 
 KINETIC, STATIC = "friction", "static friction"
 
 
+@spelt
 def fit_curve(
     law: Law,
     speed: Any,

@@ -11,6 +11,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.identification.fit import Fit
 from symfric.identification.prediction import Predictor
 from symfric.long_calls import logged
+from symfric.model.arguments import instance, is_one_of
 from symfric.model.results import Result
 from symfric.model.symbols import Key, finite, name_of
 
@@ -148,10 +149,10 @@ def _log_det(matrix: np.ndarray) -> float:
 
 
 def _label(fit: Fit, label: str | None) -> str:
-    labels = fit.predictor.labels
+    labels = instance(fit, Fit, "fit").predictor.labels
     if label is None and len(labels) == 1:
         return labels[0]
-    if label not in labels:
+    if not is_one_of(label, labels):
         raise SceneError(f"label is {label!r}; the fit has the scenes {', '.join(labels)}")
     return label
 

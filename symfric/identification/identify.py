@@ -17,6 +17,7 @@ from symfric.identification.records import read_channels
 from symfric.identification.starts import best_of, chosen_starts
 from symfric.identification.unknowns import OFFSET, SCALE, START, Unknowns, read_unknowns
 from symfric.long_calls import logged, tell
+from symfric.model.arguments import whole
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key
 from symfric.solve.case_values import workers_of
@@ -112,6 +113,7 @@ def identify(
     """
     scenes = _scenes(scene)
     channels = read_channels(scenes, records, observed, sigma)
+    whole(seed, "seed", 0)
     unknowns = read_unknowns(parameters, scenes, channels)
     if isinstance(starts, bool) or not isinstance(starts, int | np.integer) or starts < 1:
         raise SceneError(f"starts is {starts!r}; give how many starts the fit makes, at least 1")

@@ -10,10 +10,12 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.held import Held, crossing_of, time_of
 from symfric.model.symbols import Key, expression, listed, name_of, nearest, refuse_speed
+from symfric.spelling import spelt
 
 MOST_TIMES = 64  # most times of one reset
 
 
+@spelt
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Reset:
     """A change of states: at known times, such as a kick, or where an expression falls through zero.

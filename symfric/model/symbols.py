@@ -1,9 +1,8 @@
 """Reserved symbols, and checks of names and numbers."""
 
-import difflib
 import math
 import numbers
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -12,6 +11,7 @@ from sympy.core.function import AppliedUndef
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.spelling import nearest as nearest
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Time ``t``, reserved for it in forces, normal loads and outputs: ``force=[-x + sp.cos(3 * sf.TIME)]``. The symbol of
@@ -22,20 +22,6 @@ TIME = sp.Symbol("t")
 SPEED = sp.Symbol("v", positive=True)
 
 Key: TypeAlias = sp.Symbol | str
-
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the hint '; did you mean ...?' for a misspelled name, or the list of known names."""
-    known = sorted(set(known))
-    name = str(name)
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
-    longer = [k for k in known if name and k.startswith(name)]  # tol for tolerance
-    close = close or longer if len(longer) < 2 else close
-    if close:
-        return f"; did you mean {close[0]}?"
-    if not known:
-        return "; there are none"
-    return "; known: " + ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
 
 
 def name_of(key: Key) -> str:

@@ -12,6 +12,7 @@ from symfric.model.symbols import finite, nearest
 from symfric.motions.fortran_numbers import parse_numbers
 from symfric.motions.motion import Motion
 from symfric.motions.units import KNOWN, factor_of, is_acceleration
+from symfric.spelling import spelt
 
 MAX_BYTES = 50_000_000
 HEADER_LINES = 40  # number of first lines that must contain NPTS and DT
@@ -71,6 +72,7 @@ def read_lines(path: str | Path) -> Lines:
     return Lines(name, re.split(r"\r*\n|\r", text))
 
 
+@spelt
 def read_at2(path: str | Path, *, dt: float | None = None, unit: str | None = None) -> Motion:
     r"""Read a record in the PEER format AT2.
 
@@ -194,6 +196,7 @@ def _at2_unit(name: str, header: list[str], given: str | None) -> str:
     return given
 
 
+@spelt
 def read_text(
     path: str | Path, *, dt: float | None = None, unit: str | None = None, column: int | str | None = None
 ) -> Motion:

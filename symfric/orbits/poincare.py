@@ -11,6 +11,7 @@ from symfric.axes import Axes
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.long_calls import logged
+from symfric.model.arguments import is_one_of
 from symfric.model.excitation import periodic
 from symfric.model.numeric import numeric_function
 from symfric.model.outputs import Trajectory, slip
@@ -142,7 +143,7 @@ def cut_of(
 ) -> Cut:
     """Check the arguments of `poincare` and return its section; `varied` are parameters that will not stay zero."""
     level, phase = finite(level, "level"), finite(phase, "phase")
-    if direction not in (-1, 0, 1):
+    if not is_one_of(direction, (-1, 0, 1)):
         raise SceneError(f"direction is {direction!r}; give 1 (rising), -1 (falling) or 0 (both)")
     if section is None:
         excitation = periodic(scene, varied)

@@ -19,10 +19,13 @@ import sympy as sp
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
+from symfric.model.arguments import whole
 from symfric.model.laws import Law
 from symfric.model.public_names import names_of
 from symfric.model.scene import Scene
+from symfric.model.symbols import finite
 from symfric.search import zero
+from symfric.spelling import spelt
 from symfric.theory.belt.scene import cubic_parameters
 
 __all__ = ["SYMBOLS", "WavinessSymbols", "drag", "onset_speed", "sinusoidal_onset_speed", "slip_over_a_wave"]
@@ -197,6 +200,7 @@ def drag(scene: Scene, law: Law | None = None) -> float:
     return float(given["gamma2"] * np.mean(law(w)) + 2 * given["beta"] * (np.mean(w) - given["v_b"]))
 
 
+@spelt
 def slip_over_a_wave(v_b: float, hill: float, number: int = _NODES) -> np.ndarray:
     """Return the slip ``sqrt(2 (W - h cos(phi)))`` at evenly spaced phases of a wave.
 
@@ -226,7 +230,8 @@ def slip_over_a_wave(v_b: float, hill: float, number: int = _NODES) -> np.ndarra
     """
     from scipy.special import ellipkm1
 
-    phase = (np.arange(number) + 0.5) * 2 * np.pi / number
+    v_b, hill = finite(v_b, "v_b"), finite(hill, "hill")
+    phase = (np.arange(whole(number, "number")) + 0.5) * 2 * np.pi / number
     if hill == 0:
         return np.full(number, float(v_b))
 

@@ -18,6 +18,7 @@ from symfric.design.verification import Neighbour, design
 from symfric.errors import SceneError
 from symfric.long_calls import logged
 from symfric.model import scenes
+from symfric.model.arguments import is_one_of
 from symfric.model.excitation import excitation_of
 from symfric.model.outputs import End, HalfRange, Integral
 from symfric.model.scene import Scene
@@ -92,7 +93,7 @@ def absorber(
     >>> round(float(found.objective), 6)
     4.589166
     """
-    if criterion not in CRITERIA:
+    if not is_one_of(criterion, CRITERIA):
         raise SceneError(f"no criterion {criterion!r}{nearest(str(criterion), CRITERIA)}")
     if contact is not None:
         if criterion != "hinf":

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.model.arguments import is_one_of
 from symfric.model.outputs import At, Output, OutputOfExpression
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest, shortened
@@ -38,9 +39,9 @@ class Isolated:
         over: str,
     ):
         for name in (minimise, *limits):
-            if name not in MEASURES:
+            if not is_one_of(name, MEASURES):
                 raise SceneError(f"no measure {name!r}{nearest(str(name), MEASURES)}")
-        if over not in ("worst", "mean"):
+        if not is_one_of(over, ("worst", "mean")):
             raise SceneError(f"over is {over!r}; give 'worst' or 'mean'")
         self.limits = {name: finite(v, f"the limit of {name}") for name, v in limits.items()}
         if any(v <= 0 for v in self.limits.values()):

@@ -20,6 +20,7 @@ from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.long_calls import logged, tell
+from symfric.model.arguments import is_one_of
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite, nearest, pair, positive
 
@@ -153,7 +154,7 @@ def _problem(
     ratios: tuple[float, float] | None,
 ) -> QuenchProblem:
     """Check the arguments of `quench` and build the averaged model."""
-    if minimise not in OBJECTIVES:
+    if not is_one_of(minimise, OBJECTIVES):
         raise SceneError(f"no objective {minimise!r}{nearest(str(minimise), OBJECTIVES)}")
     low, high = _bounds(speeds, "speeds")
     if not high > 0:

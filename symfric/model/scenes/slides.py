@@ -7,6 +7,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
+from symfric.model.arguments import is_one_of
 from symfric.model.outputs import Max, StopTime, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.scenes.arguments import check_range
@@ -77,7 +78,7 @@ def drive_slide(
     mu1, p_star, epsilon = finite(mu1, "mu1"), finite(p_star, "p_star"), finite(epsilon, "epsilon")
     if not p_star > -1:
         raise SceneError(f"p_star is {p_star:g}; it is v*/v - 1 for positive speeds, so give a number above -1")
-    if damper not in PLACES:
+    if not is_one_of(damper, PLACES):
         raise SceneError(f"damper is {damper!r}; give 'ground' or 'support'")
     fc = _kinetic(fc, mu1)
     p_, epsilon_, fc_, sigma_ = sp.symbols("p_star epsilon fc sigma", real=True)
@@ -263,7 +264,7 @@ def two_slides(
     True
     """
     check_range({"r": r, "zeta": zeta})
-    if damping not in READINGS:
+    if not is_one_of(damping, READINGS):
         raise SceneError(f"damping is {damping!r}; s2 refers to 'omega1' (d2 = s2) or 'omega2' (d2 = s2/zeta)")
     r_, zeta_, s1_, s2_ = sp.symbols("r zeta s1 s2", real=True)
     fc1_, fs1_ = sp.symbols("fc1 fs1", real=True)

@@ -16,8 +16,10 @@ from symfric.model.springs import read_stiffness, spring_of
 from symfric.model.steps import jumps_in_time, with_steps
 from symfric.model.symbols import expression, legible, refuse_speed, shortened
 from symfric.model.unilateral import FRICTIONLESS, Unilateral
+from symfric.spelling import spelt
 
 
+@spelt
 @dataclass(frozen=True)
 class Contact:
     """One dry contact; friction on the body is ``-sign(slip) * normal * profile * mu(|slip|)``.

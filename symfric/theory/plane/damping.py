@@ -4,8 +4,10 @@ from symfric.errors import SceneError
 from symfric.model.laws import Law
 from symfric.model.laws.law import refuse_memory
 from symfric.model.symbols import positive
+from symfric.spelling import spelt
 
 
+@spelt
 def transverse_damping(law: Law, speed: float, normal: float = 1.0) -> float:
     r"""Return the damping constant of friction for motions across a steady sliding.
 
@@ -44,6 +46,7 @@ def transverse_damping(law: Law, speed: float, normal: float = 1.0) -> float:
     return steady_power(law, speed, normal) / float(speed) ** 2
 
 
+@spelt
 def steady_power(law: Law, speed: float, normal: float = 1.0) -> float:
     r"""Return the power that friction takes in steady sliding, ``mu(v) N v``.
 
