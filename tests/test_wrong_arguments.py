@@ -58,8 +58,27 @@ GOOD = {
     sf.theory.drive.threshold: {"mu1": -0.3, "mu2": 0.3, "p_star": -0.2},
     sf.theory.belt.onset_speed: {"scene": BELT},
     sf.structures.Structure: {"M": np.eye(2), "K": np.eye(2)},
+    sf.explain: {"scene": BELT, "sensitivities": ["v_b"], "order": 1},
+    sf.Taylor: {"order": 20, "max_steps": 10, "max_events": 10},
+    sf.Exact: {"max_steps": 10, "max_events": 10, "general": sf.Taylor()},
+    sf.Integrators: {"plugin": "erk", "max_step": 1.0, "elements": 10, "max_events": 10, "max_steps": 10},
+    sf.laws.cubic: {"mu_s": 0.4, "mu_m": 0.25, "v_m": 0.5},
+    sf.friction_force: {"contact": "floor", "component": 0},
+    sf.control.pid: {"x": X, "ref": 1, "kp": 1, "ki": 1, "kd": 1, "every": 0.1, "rate": U, "limits": (-1, 1)},
+    sf.control.dither: {"amplitude": 1, "frequency": 50, "phase": 0, "shape": "sine"},
+    sf.patched_floor: {"length": 1.0, "n": 4, "mean": 0.01, "deviation": 0.002, "seed": 1},
+    sf.structures.chain: {"n": 3, "mass": 1.0, "stiffness": 1.0, "damping": 0.1, "ends": "fixed", "ground": 0.0},
+    sf.structures.beam: {"elements": 2, "damping": 0.1, "load": "axial", "left": "clamped", "right": "free"},
+    sf.structures.write: {"structure": sf.structures.chain(2), "path": "chain.npz"},
+    sf.motions.random_forcing: {"duration": 10.0, "band": (0.5, 5.0), "rms": 1.0, "number": 1, "seed": 1},
+    sf.motions.sine_burst: {"pga": 1.0, "frequency": 1.0, "cycles": 4, "ramp": 1},
+    sf.theory.falling_speeds: {"law": LAW},
+    sf.theory.foundation.state_matrix: {"mass_ratio": 0.1, "stiffness": 0.2, "damping": 0.1, "main_damping": 0.0},
+    sf.theory.absorber.state_matrix: {"mu": 0.1, "f": 0.9, "zeta": 0.2, "main_damping": 0.0},
+    sf.theory.absorber.response: {"mass_ratio": 0.1, "tuning": 0.9, "damping": 0.2, "g": 1.0, "symbolic": False},
+    sf.theory.symbolic_hurwitz_of_matrices: {"M": [[1]], "B": [[1]], "K": [[1]]},
 }
-BAD = [0.5, "y", object(), [1, 2, 3], -1.0, [], {}, np.nan, X]
+BAD = [0.5, "y", object(), [1, 2, 3], -1.0, [], {}, np.nan, X, np.ones((2, 3)), np.array([1.0, np.nan]), sf.simulate]
 REFUSALS = sf.SceneError, sf.NotFound, sf.NoRoute, sf.RunFailed
 MISSPELT = [(f, name) for f, good in GOOD.items() for name in good]
 

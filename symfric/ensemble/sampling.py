@@ -8,7 +8,7 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.model.arguments import is_one_of, whole
-from symfric.model.symbols import Key, name_of
+from symfric.model.symbols import Key, name_of, shortened
 from symfric.spelling import spelt
 
 METHODS = ("sobol", "latin", "random")
@@ -172,7 +172,7 @@ def draw(
     if number * repeats > MOST:
         raise SceneError(f"{number} cases {repeats} times are more than {MOST}; draw fewer")
     if not is_one_of(method, METHODS):
-        raise SceneError(f"method is {method!r}; it is one of {', '.join(map(repr, METHODS))}")
+        raise SceneError(f"method is {shortened(method)}; it is one of {', '.join(map(repr, METHODS))}")
     factor = None if correlation is None else _factor(correlation, len(names))
     seeds = np.random.SeedSequence(whole(seed, "seed", 0)).spawn(repeats)
     parts = []

@@ -7,7 +7,7 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.model.arguments import is_one_of
-from symfric.model.symbols import finite, numbers_of
+from symfric.model.symbols import finite, numbers_of, shortened
 from symfric.spelling import spelt
 
 if TYPE_CHECKING:
@@ -147,7 +147,8 @@ def _array(values: Any, over: str) -> "xr.DataArray":
         raise SceneError(f"{type(values).__name__} is no output of a sweep; give found['name'], an xarray.DataArray")
     if not is_one_of(over, values.dims):
         raise SceneError(
-            f"the output has no dimension {over!r} but {', '.join(map(str, values.dims))}; sweep over sf.CaseTable"
+            f"the output has no dimension {shortened(over)} but {', '.join(map(str, values.dims))}; "
+            "sweep over sf.CaseTable"
         )
     return values
 

@@ -17,7 +17,7 @@ from symfric.errors import SceneError
 from symfric.long_calls import logged, show_this, until_interrupted
 from symfric.model.arguments import is_one_of, path_of
 from symfric.model.scene import Scene
-from symfric.model.symbols import Key
+from symfric.model.symbols import Key, shortened
 from symfric.model.units import attributes_of, output_unit
 from symfric.solve.case_values import processors, workers_of
 from symfric.solve.program import check_tolerance
@@ -142,7 +142,7 @@ def _checked(jobs: int, executor: object, progress: object) -> int:
     if executor is not None and not isinstance(executor, Executor):
         raise SceneError(f"executor is {executor!r}; give a concurrent.futures.Executor, such as Client.get_executor()")
     if not is_one_of(progress, (True, False, None)) and not callable(progress):
-        raise SceneError(f"progress is {progress!r}; give True or a function of a Progress")
+        raise SceneError(f"progress is {shortened(progress)}; give True or a function of a Progress")
     return workers
 
 

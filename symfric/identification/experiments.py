@@ -13,7 +13,7 @@ from symfric.identification.prediction import Predictor
 from symfric.long_calls import logged
 from symfric.model.arguments import instance, is_one_of
 from symfric.model.results import Result
-from symfric.model.symbols import Key, finite, name_of
+from symfric.model.symbols import Key, finite, name_of, shortened
 
 WEAK = 1e-12  # information of the bounds themselves, relative, that keeps determinants of unfixed unknowns finite
 MOST = 10_000  # candidates
@@ -153,7 +153,7 @@ def _label(fit: Fit, label: str | None) -> str:
     if label is None and len(labels) == 1:
         return labels[0]
     if not is_one_of(label, labels):
-        raise SceneError(f"label is {label!r}; the fit has the scenes {', '.join(labels)}")
+        raise SceneError(f"label is {shortened(label)}; the fit has the scenes {', '.join(labels)}")
     return label
 
 

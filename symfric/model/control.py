@@ -13,7 +13,7 @@ from symfric.errors import SceneError
 from symfric.model.arguments import is_one_of
 from symfric.model.held import Held
 from symfric.model.public_names import names_of
-from symfric.model.symbols import TIME, expression, listed, pair
+from symfric.model.symbols import TIME, expression, listed, pair, shortened
 from symfric.spelling import spelt
 
 __all__ = ["discrete", "dither", "friction_compensation", "pid", "pwm", "state_feedback"]
@@ -85,14 +85,15 @@ def pid(
     1.0
     """
     error = expression(ref, "ref") - expression(x, "x")
+    kp, ki, kd = expression(kp, "kp"), expression(ki, "ki"), expression(kd, "kd")
     states = []
-    if rate is None and not expression(kd, "kd").is_zero:
+    if rate is None and not kd.is_zero:
         measured = Held(f"{name}.measured", x, every, offset, initial=start)
         rate = (x - measured.previous) / expression(every, "every")
         states = [measured]
-    direct = expression(kp, "kp") * error - (0 if rate is None else kd * expression(rate, "rate"))
+    direct = kp * error - (0 if rate is None else kd * expression(rate, "rate"))
     total = direct
-    if not expression(ki, "ki").is_zero:
+    if not ki.is_zero:
         memory = sp.Symbol(f"{name}.integral.previous", real=True)
         grown = memory + ki * expression(every, "every") * error
         total = direct + grown
@@ -245,7 +246,7 @@ def dither(
     if rate.is_number and not rate > 0:
         raise SceneError(f"frequency is {frequency}; it must exceed 0")
     if not is_one_of(shape, ("sine", "square")):
-        raise SceneError(f"shape is {shape!r}; it must be 'sine' or 'square'")
+        raise SceneError(f"shape is {shortened(shape)}; it must be 'sine' or 'square'")
     wave = sp.sin(rate * TIME + angle)
     return size * (wave if shape == "sine" else sp.sign(wave))
 

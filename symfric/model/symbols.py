@@ -30,7 +30,7 @@ def name_of(key: Key) -> str:
         return key
     if isinstance(key, sp.Symbol):
         return str(key.name)
-    raise SceneError(f"{key!r} is no name; use a symbol or its name as a string")
+    raise SceneError(f"{shortened(key)} is no name; use a symbol or its name as a string")
 
 
 def legible(name: str, what: str) -> str:
@@ -48,14 +48,14 @@ def finite(value: Any, what: str, name: str = "") -> float:
         return float(value)
     what += name
     if isinstance(value, bool | str):
-        raise SceneError(f"{what} is {value!r}, not a number; give a plain number")
+        raise SceneError(f"{what} is {shortened(value)}, not a number; give a plain number")
     if isinstance(value, sp.Expr):
         if not value.is_number:
             raise SceneError(f"{what} is the expression {value}, not a number")
         if value.is_extended_real is False:
             raise SceneError(f"{what} is {value}; it must be real")
     elif not isinstance(value, numbers.Real):
-        raise SceneError(f"{what} is {value!r}, not a number; give a plain number")
+        raise SceneError(f"{what} is {shortened(value)}, not a number; give a plain number")
     try:
         result = float(value)
     except TypeError:
@@ -125,15 +125,15 @@ def expression(value: Any, what: str) -> sp.Expr:
 def scalar(value: Any, what: str) -> sp.Expr:
     """Return `value` as a SymPy expression, which may contain functions of time and their derivatives."""
     if isinstance(value, str):
-        raise SceneError(f"{what} is the string {value!r}; give a SymPy expression, or use a scene file")
+        raise SceneError(f"{what} is the string {shortened(value)}; give a SymPy expression, or use a scene file")
     try:
         result = sp.sympify(value, strict=True)
     except sp.SympifyError:
-        raise SceneError(f"{what} is {value!r}, not a SymPy expression") from None
+        raise SceneError(f"{what} is {shortened(value)}, not a SymPy expression") from None
     if getattr(result, "is_Matrix", False):
         raise SceneError(f"{what} is a matrix, not a scalar expression")
     if not isinstance(result, sp.Expr):
-        raise SceneError(f"{what} is {value!r}, not a scalar expression")
+        raise SceneError(f"{what} is {shortened(value)}, not a scalar expression")
     if result.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
         raise SceneError(f"{what} is {result}; it must be finite")
     return result

@@ -9,7 +9,7 @@ from symfric.errors import SceneError
 from symfric.model.arguments import is_one_of, items
 from symfric.model.numeric import Floats
 from symfric.model.public_names import names_of
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, shortened
 from symfric.motions.motion import Motion
 from symfric.motions.random_forcing import random_forcing
 from symfric.motions.record_files import read_at2, read_text
@@ -113,7 +113,7 @@ def scaled_set(
     if is_one_of(by, ("record",)):
         return tuple(m.scaled(target) for m in motions)
     if not is_one_of(by, ("mean spectrum",)):
-        raise SceneError(f"by is {by!r}; scale by 'mean spectrum' or by 'record'")
+        raise SceneError(f"by is {shortened(by)}; scale by 'mean spectrum' or by 'record'")
     mean = float(np.mean([m.pga for m in motions]))
     if mean == 0:
         raise SceneError("every motion of the set is zero; it cannot be scaled")

@@ -9,7 +9,7 @@ from symfric.errors import SceneError
 from symfric.model.arguments import instance, is_one_of, whole
 from symfric.model.numeric import Floats
 from symfric.model.results import Result
-from symfric.model.symbols import finite, positive
+from symfric.model.symbols import finite, positive, shortened
 from symfric.motions.motion import Motion
 from symfric.motions.spectrum import filtered, read_periods, spectrum
 from symfric.motions.units import factor_of
@@ -113,7 +113,7 @@ def eurocode8(periods: Floats, ground: str = "B") -> np.ndarray:
     array([1.   , 2.5  , 0.625])
     """
     if not is_one_of(ground, _GROUNDS):
-        raise SceneError(f"ground is {ground!r}; it is one of {', '.join(_GROUNDS)}")
+        raise SceneError(f"ground is {shortened(ground)}; it is one of {', '.join(_GROUNDS)}")
     T_B, T_C, T_D = _GROUNDS[ground]
     T = read_periods(periods)
     safe = np.maximum(T, 1e-12)

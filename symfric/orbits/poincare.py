@@ -17,7 +17,7 @@ from symfric.model.numeric import numeric_function
 from symfric.model.outputs import Trajectory, slip
 from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene
-from symfric.model.symbols import TIME, expression, finite, name_of, nearest
+from symfric.model.symbols import TIME, expression, finite, name_of, nearest, shortened
 from symfric.model.units import attributes_of
 from symfric.orbits.crossings import crossings
 from symfric.orbits.sizes import over_time
@@ -144,7 +144,7 @@ def cut_of(
     """Check the arguments of `poincare` and return its section; `varied` are parameters that will not stay zero."""
     level, phase = finite(level, "level"), finite(phase, "phase")
     if not is_one_of(direction, (-1, 0, 1)):
-        raise SceneError(f"direction is {direction!r}; give 1 (rising), -1 (falling) or 0 (both)")
+        raise SceneError(f"direction is {shortened(direction)}; give 1 (rising), -1 (falling) or 0 (both)")
     if section is None:
         excitation = periodic(scene, varied)
         if excitation is None:

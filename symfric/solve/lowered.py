@@ -13,7 +13,7 @@ from symfric.model.arguments import is_one_of, items
 from symfric.model.constant_parameters import constants
 from symfric.model.outputs import Output
 from symfric.model.scene import Scene
-from symfric.model.symbols import Key, name_of, nearest
+from symfric.model.symbols import Key, name_of, nearest, shortened
 from symfric.solve.observables import Observables
 from symfric.solve.observed import observables_of
 
@@ -114,5 +114,5 @@ def directions_of(scene: Scene, names: Sequence[Key], order: int) -> tuple[str, 
         if directions.count(name) > 1:
             raise SceneError(f"{name} occurs twice in sensitivities")
     if not is_one_of(order, (1, 2)):
-        raise SceneError(f"order is {order!r}; derivatives are of order 1 or 2")
+        raise SceneError(f"order is {shortened(order)}; derivatives are of order 1 or 2")
     return directions

@@ -7,7 +7,7 @@ import numpy as np
 import scipy.sparse as sps
 
 from symfric.errors import SceneError
-from symfric.model.symbols import legible, nearest
+from symfric.model.symbols import legible, nearest, shortened
 from symfric.structures.factors import indefinite_at
 
 _SYMMETRIC = 1e-8  # of the largest entry: what a file with few digits leaves of symmetry
@@ -150,5 +150,5 @@ def row_of(value: Any, n: int, what: str) -> np.ndarray:
 def positive_count(count: int, most: int, what: str, least: int = 1) -> int:
     """Return a number of modes that can be asked for."""
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not least <= count <= most:
-        raise SceneError(f"{what} is {count!r}; give a whole number from {least} to {most}")
+        raise SceneError(f"{what} is {shortened(count)}; give a whole number from {least} to {most}")
     return int(count)

@@ -7,7 +7,7 @@ import scipy.sparse as sps
 
 from symfric.errors import SceneError
 from symfric.model.arguments import is_one_of
-from symfric.model.symbols import finite, positive
+from symfric.model.symbols import finite, positive, shortened
 from symfric.spelling import spelt
 from symfric.structures.checks import positive_count
 from symfric.structures.structure import Structure
@@ -75,7 +75,7 @@ def beam(
     F = None
     if load is not None:
         if not is_one_of(load, ("follower", "axial")):
-            raise SceneError(f"load is {load!r}; use 'follower', 'axial' or None")
+            raise SceneError(f"load is {shortened(load)}; use 'follower', 'axial' or None")
         F = sps.lil_array(-G)
         if load == "follower":
             F[n - 2, n - 1] += 1.0
@@ -91,7 +91,7 @@ def beam(
 def _held(end: str, first: int) -> list[int]:
     held = {"free": [], "pinned": [first], "clamped": [first, first + 1]}
     if not is_one_of(end, held):
-        raise SceneError(f"the end of the beam is {end!r}; use 'free', 'pinned' or 'clamped'")
+        raise SceneError(f"the end of the beam is {shortened(end)}; use 'free', 'pinned' or 'clamped'")
     return held[end]
 
 
@@ -158,7 +158,7 @@ def chain(
     positive(mass, "mass"), positive(stiffness, "stiffness")
     damping, ground = finite(damping, "damping"), finite(ground, "ground")
     if not is_one_of(ends, ("fixed", "free", "fixed-free")):
-        raise SceneError(f"ends is {ends!r}; use 'fixed', 'free' or 'fixed-free'")
+        raise SceneError(f"ends is {shortened(ends)}; use 'fixed', 'free' or 'fixed-free'")
     diagonal = np.full(n, 2.0)
     diagonal[0] -= ends == "free"
     diagonal[-1] -= ends != "fixed"

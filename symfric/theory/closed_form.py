@@ -40,7 +40,7 @@ def closed_form(evaluate: Callable[..., Any]) -> Callable[[Callable[P, R]], Call
         @wraps(function)
         def evaluated(*args: P.args, **kwargs: P.kwargs) -> R:
             if not isinstance(kwargs.get("symbolic", False), bool):
-                raise SceneError(f"symbolic is {kwargs['symbolic']!r}; give True or False")
+                raise SceneError(f"symbolic is {' '.join(repr(kwargs['symbolic']).split())}; give True or False")
             with SYMBOLIC:
                 formula = formula_of(*args, **kwargs)
                 others = {name: value for name, value in kwargs.items() if name != "symbolic"}

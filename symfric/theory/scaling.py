@@ -15,7 +15,7 @@ from symfric.model.laws import Law
 from symfric.model.public_names import names_of
 from symfric.model.results import Result
 from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED, finite, pair, positive
+from symfric.model.symbols import SPEED, finite, pair, positive, shortened
 from symfric.model.system import Signal
 from symfric.spelling import spelt
 
@@ -328,7 +328,7 @@ def isolator_model(
     '1.000000000'
     """
     if not is_one_of(gravity, ("scaled", "table")):
-        raise SceneError(f"gravity is {gravity!r}; it is 'scaled' or that of a 'table'")
+        raise SceneError(f"gravity is {shortened(gravity)}; it is 'scaled' or that of a 'table'")
     f = instance(factors, Factors, "factors")
     C, m, alpha, g = finite(C, "C"), finite(m, "m"), finite(alpha, "alpha"), finite(g, "g")
     rest_speed = finite(rest_speed, "rest_speed")

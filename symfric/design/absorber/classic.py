@@ -22,7 +22,7 @@ from symfric.model.arguments import is_one_of
 from symfric.model.excitation import excitation_of
 from symfric.model.outputs import End, HalfRange, Integral
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite, nearest
+from symfric.model.symbols import finite, nearest, shortened
 from symfric.orbits.steady_state import Schedule, Settling
 from symfric.search import ROUNDING, Function, zero
 from symfric.solve.routes import prepare
@@ -94,7 +94,7 @@ def absorber(
     4.589166
     """
     if not is_one_of(criterion, CRITERIA):
-        raise SceneError(f"no criterion {criterion!r}{nearest(str(criterion), CRITERIA)}")
+        raise SceneError(f"no criterion {shortened(criterion)}{nearest(str(criterion), CRITERIA)}")
     if contact is not None:
         if criterion != "hinf":
             raise SceneError(f"with a contact the criterion is 'hinf', not {criterion!r}; no other is available")

@@ -19,6 +19,7 @@ from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.long_calls import logged, tell
 from symfric.model import scenes
+from symfric.model.arguments import is_one_of
 from symfric.model.outputs import StopTime, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, mapped, name_of, nearest, pair, positive
@@ -192,7 +193,7 @@ def _read(scene: Scene, bounds: Mapping[Key, tuple[float, float]], residual: flo
         if not (0 < a <= b if name in ("f_n", "v_c") else 0 <= a <= b):
             raise SceneError(f"the bounds of {name} are ({a:g}, {b:g}); give the lower one first, not negative")
         low, high = [*low, a], [*high, b]
-    if residual != np.inf:
+    if not is_one_of(residual, (np.inf,)):
         positive(residual, "residual")
     if not 0 <= finite(margin, "margin") < 1:
         raise SceneError(f"margin is {margin:g}; it is a fraction of the stick limit, from 0 to less than 1")

@@ -40,9 +40,9 @@ class Isolated:
     ):
         for name in (minimise, *limits):
             if not is_one_of(name, MEASURES):
-                raise SceneError(f"no measure {name!r}{nearest(str(name), MEASURES)}")
+                raise SceneError(f"no measure {shortened(name)}{nearest(str(name), MEASURES)}")
         if not is_one_of(over, ("worst", "mean")):
-            raise SceneError(f"over is {over!r}; give 'worst' or 'mean'")
+            raise SceneError(f"over is {shortened(over)}; give 'worst' or 'mean'")
         self.limits = {name: finite(v, f"the limit of {name}") for name, v in limits.items()}
         if any(v <= 0 for v in self.limits.values()):
             raise SceneError("limits must be positive")

@@ -22,7 +22,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.long_calls import logged, tell
 from symfric.model.arguments import is_one_of
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite, nearest, pair, positive
+from symfric.model.symbols import finite, nearest, pair, positive, shortened
 
 OBJECTIVES = ("intensity", "power", "force")
 ACTIVE = 1e-8  # slack relative to the condition's size up to which it counts as active
@@ -155,7 +155,7 @@ def _problem(
 ) -> QuenchProblem:
     """Check the arguments of `quench` and build the averaged model."""
     if not is_one_of(minimise, OBJECTIVES):
-        raise SceneError(f"no objective {minimise!r}{nearest(str(minimise), OBJECTIVES)}")
+        raise SceneError(f"no objective {shortened(minimise)}{nearest(str(minimise), OBJECTIVES)}")
     low, high = _bounds(speeds, "speeds")
     if not high > 0:
         raise SceneError("the highest of the speeds is 0; a belt at rest excites no vibration")

@@ -16,7 +16,7 @@ from symfric.model.averaged_law import effective_coefficient
 from symfric.model.laws.memory import Memory
 from symfric.model.numeric import numeric_function
 from symfric.model.steps import with_steps
-from symfric.model.symbols import SPEED, expression, finite, numbers_of, refuse_speed, scalar
+from symfric.model.symbols import SPEED, expression, finite, numbers_of, refuse_speed, scalar, shortened
 from symfric.spelling import spelt
 
 _REGULARISATIONS = {  # by shape, what is done to a law
@@ -233,7 +233,7 @@ class Law:
         if v_s.is_number and v_s <= 0:
             raise SceneError(f"the speed v_s of a regularisation is {v_s}; it must be positive")
         if not is_one_of(shape, SHAPES):
-            raise SceneError(f"no regularisation of shape {shape!r}; there are {', '.join(SHAPES)}")
+            raise SceneError(f"no regularisation of shape {shortened(shape)}; there are {', '.join(SHAPES)}")
         source = f"{self.source}, regularised: {_REGULARISATIONS[shape]}"
         zero = sp.Integer(0)
         if shape != "linear":

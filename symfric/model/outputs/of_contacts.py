@@ -4,6 +4,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.arguments import is_one_of
+from symfric.model.symbols import shortened
 from symfric.spelling import spelt
 
 
@@ -37,7 +38,7 @@ def friction_force(contact: str, component: int | None = None) -> sp.Symbol:
     5.793097
     """
     if not is_one_of(component, (None, 0, 1)):
-        raise SceneError(f"the component of a friction force is {component!r}; in the plane there are 0 and 1")
+        raise SceneError(f"the component of a friction force is {shortened(component)}; in the plane there are 0 and 1")
     return sp.Symbol(f"friction_force({contact}{'' if component is None else f', {component}'})", real=True)
 
 

@@ -10,7 +10,7 @@ from symfric.model import laws
 from symfric.model.arguments import is_one_of
 from symfric.model.scene import Scene
 from symfric.model.scenes.arguments import check_range
-from symfric.model.symbols import TIME, finite
+from symfric.model.symbols import TIME, finite, shortened
 from symfric.model.system import Contact, System
 
 _X1, _X2, _U1, _U2 = sp.symbols("x1 x2 u1 u2", real=True)
@@ -102,7 +102,7 @@ def _contacts(
             raise SceneError("friction is given without a contact; say contact='absorber' or contact='main'")
         return [], {}
     if not is_one_of(place, PLACES):
-        raise SceneError(f"contact is {place!r}; it is in the 'absorber', at the 'main' mass, or None")
+        raise SceneError(f"contact is {shortened(place)}; it is in the 'absorber', at the 'main' mass, or None")
     kinetic, static = sp.symbols("friction static_friction", real=True)
     slip = _U2 - _U1 if place == "absorber" else _U1
     law = laws.coulomb(static, kinetic)

@@ -11,7 +11,7 @@ from typing import ClassVar
 
 from symfric.errors import SceneError
 from symfric.model.arguments import is_one_of, whole
-from symfric.model.symbols import positive
+from symfric.model.symbols import positive, shortened
 from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP
 from symfric.solve.integrators.program import IntegratorsProgram
 from symfric.solve.integrators.refusals import declines
@@ -57,8 +57,8 @@ class Integrators(Route):
 
     def __post_init__(self) -> None:
         if self.plugin is not None and not is_one_of(self.plugin, ONE_STEP + CONTINUOUS):
-            raise SceneError(f"no integrator {self.plugin!r}; there are {', '.join(ONE_STEP + CONTINUOUS)}")
-        if self.max_step != math.inf:
+            raise SceneError(f"no integrator {shortened(self.plugin)}; there are {', '.join(ONE_STEP + CONTINUOUS)}")
+        if not is_one_of(self.max_step, (math.inf,)):
             positive(self.max_step, "max_step")
         for name in ("elements", "max_events", "max_steps"):
             whole(getattr(self, name), name)

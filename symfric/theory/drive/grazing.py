@@ -9,7 +9,7 @@ import numpy as np
 from symfric.errors import NotFound, SceneError
 from symfric.model.arguments import is_one_of
 from symfric.model.numeric import Floats
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, shortened
 from symfric.search import ROUNDING, zero
 from symfric.spelling import spelt
 from symfric.theory.drive.pair import (
@@ -206,7 +206,7 @@ def two_slides_thresholds(
     """
     given = {"r": r, "zeta": zeta, "s1": s1, "s2": s2}
     if not is_one_of(parameter, given):
-        raise SceneError(f"no parameter {parameter!r} to vary; there are {', '.join(given)}")
+        raise SceneError(f"no parameter {shortened(parameter)} to vary; there are {', '.join(given)}")
     if given[parameter] is not None:
         raise SceneError(f"{parameter} is varied and given as {given[parameter]:g}; leave it out")
     fc1, orbit, thresholds = _kinetic(fc1), None, []

@@ -8,7 +8,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.arguments import is_one_of
 from symfric.model.results import Result
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, shortened
 from symfric.spelling import spelt
 from symfric.theory.closed_form import closed_form
 from symfric.theory.drive.excursion import FreeResponse, descent, excursion, slope
@@ -234,7 +234,7 @@ def _damper_share(damper: str, sigma: float) -> float:
     if sigma < 0:
         raise SceneError(f"sigma is {sigma:g}; a damper's ratio is >= 0")
     if not is_one_of(damper, ("ground", "support")):
-        raise SceneError(f"damper is {damper!r}; it goes to 'ground' or sits on the 'support'")
+        raise SceneError(f"damper is {shortened(damper)}; it goes to 'ground' or sits on the 'support'")
     return sigma if damper == "support" else 0.0
 
 
