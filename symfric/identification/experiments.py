@@ -152,7 +152,7 @@ def _label(fit: Fit, label: str | None) -> str:
     labels = instance(fit, Fit, "fit").predictor.labels
     if label is None and len(labels) == 1:
         return labels[0]
-    if not is_one_of(label, labels):
+    if label is None or not is_one_of(label, labels):
         raise SceneError(f"label is {shortened(label)}; the fit has the scenes {', '.join(labels)}")
     return label
 

@@ -8,7 +8,8 @@ from symfric.codegen.loop_loader import load_loop
 from symfric.errors import NoRoute
 from symfric.lower.linear_modes import Oscillator
 from symfric.lower.sampled_oscillator import Record
-from symfric.model.arguments import instance, whole
+from symfric.model.arguments import whole
+from symfric.model.symbols import shortened
 from symfric.solve.exact.classify import Form, ModalForm, form_of
 from symfric.solve.exact.oscillator.workspace import LEFT, SHARED, make_arrays
 from symfric.solve.exact.record.program import record_model
@@ -55,8 +56,8 @@ class Exact(Route):
     def __post_init__(self) -> None:
         for name in ("max_steps", "max_events"):
             whole(getattr(self, name), name)
-        if self.general is not None:
-            instance(self.general, Route, "general")
+        if self.general is not None and not isinstance(self.general, Route):
+            raise SceneError(f"general is {shortened(self.general)}; give the settings of a route, such as sf.Taylor()")
 
     def declines(self, scene: LoweredScene) -> str:
         if scene.directions:
