@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from symfric.codegen.functions import compile_functions
 from symfric.codegen.loop_loader import load_loop
-from symfric.errors import NoRoute
+from symfric.errors import NoRoute, SceneError
 from symfric.lower.linear_modes import Oscillator
 from symfric.lower.sampled_oscillator import Record
 from symfric.model.arguments import whole
