@@ -8,7 +8,7 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.model.arguments import is_one_of, whole
-from symfric.model.symbols import Key, name_of, shortened
+from symfric.model.symbols import Key, name_of, numbers_of, shortened
 from symfric.spelling import spelt
 
 METHODS = ("sobol", "latin", "random")
@@ -168,7 +168,7 @@ def draw(
             )
     for what, value in (("number", number), ("repeats", repeats)):
         if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-            raise SceneError(f"{what} is {value!r}; give a whole number, at least 1")
+            raise SceneError(f"{what} is {shortened(value)}; give a whole number, at least 1")
     if number * repeats > MOST:
         raise SceneError(f"{number} cases {repeats} times are more than {MOST}; draw fewer")
     if not is_one_of(method, METHODS):
@@ -192,7 +192,7 @@ def draw(
 
 def _factor(correlation: Any, size: int) -> np.ndarray:
     """Return the Cholesky factor of a correlation matrix."""
-    matrix = np.array(correlation, dtype=float)
+    matrix = numbers_of(correlation, "correlation")
     if matrix.shape != (size, size) or not np.allclose(matrix, matrix.T) or not np.allclose(np.diag(matrix), 1.0):
         raise SceneError(
             f"correlation has shape {matrix.shape}; give a symmetric ({size}, {size}) with ones on its diagonal"

@@ -118,11 +118,11 @@ def spread(
 
     levels = numbers_of(quantiles, "quantiles")
     if levels.ndim != 1 or not levels.size or not np.all((levels >= 0) & (levels <= 1)):
-        raise SceneError(f"quantiles is {quantiles!r}; give numbers between 0 and 1")
+        raise SceneError(f"quantiles is {shortened(quantiles)}; give numbers between 0 and 1")
     if isinstance(found, xr.Dataset):
         outputs = [n for n, v in found.data_vars.items() if n != "status" and v.dtype.kind == "f" and over in v.dims]
         if not outputs:
-            raise SceneError(f"no output has the dimension {over!r}; sweep over sf.CaseTable")
+            raise SceneError(f"no output has the dimension {shortened(over)}; sweep over sf.CaseTable")
         parts = [spread(found[n], quantiles, over=over) for n in outputs]
         return xr.concat(parts, xr.DataArray(outputs, dims="output", name="output"), join="outer")
     array = _array(found, over)

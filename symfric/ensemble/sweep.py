@@ -140,7 +140,9 @@ def _checked(jobs: int, executor: object, progress: object) -> int:
     """Check the arguments and return the number of threads."""
     workers = workers_of(jobs, "jobs")
     if executor is not None and not isinstance(executor, Executor):
-        raise SceneError(f"executor is {executor!r}; give a concurrent.futures.Executor, such as Client.get_executor()")
+        raise SceneError(
+            f"executor is {shortened(executor)}; give a concurrent.futures.Executor, such as Client.get_executor()"
+        )
     if not is_one_of(progress, (True, False, None)) and not callable(progress):
         raise SceneError(f"progress is {shortened(progress)}; give True or a function of a Progress")
     return workers

@@ -17,6 +17,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.arguments import is_one_of, items
 from symfric.model.scene import Scene
+from symfric.model.symbols import shortened
 from symfric.model.system import Contact, System
 from symfric.spelling import spelt
 
@@ -126,7 +127,7 @@ def fit_decay(t: Any, x: Any, terms: Sequence[str] = ("dry", "viscous", "quadrat
     terms = tuple(items(terms, "terms"))
     strange = [n for n in terms if not is_one_of(n, TERMS)]
     if strange or not terms or len(set(terms)) < len(terms):
-        raise SceneError(f"terms is {terms!r}; give some of {', '.join(map(repr, TERMS))}")
+        raise SceneError(f"terms is {shortened(terms)}; give some of {', '.join(map(repr, TERMS))}")
     noise = noise_of(sigma, x.size)
     swings = extremes(t, x, None if noise is None else float(np.mean(noise)))
     names = [TERMS[n] for n in terms]

@@ -109,11 +109,11 @@ def test_design(
     >>> len(plan.chosen)
     1
     """
-    predictor, unknowns = fit.predictor, fit.predictor.unknowns
+    predictor, unknowns = instance(fit, Fit, "fit").predictor, fit.predictor.unknowns
     scene_label = _label(fit, label)
     names, rows = _grid(fit, settings, scene_label)
     if isinstance(number, bool) or not isinstance(number, int) or number < 1:
-        raise SceneError(f"number is {number!r}; give how many measurements to choose, at least 1")
+        raise SceneError(f"number is {shortened(number)}; give how many measurements to choose, at least 1")
     ranges = unknowns.high - unknowns.low
     own = fit._jacobian * ranges / np.sqrt(fit.variance)
     base = own.T @ own
@@ -149,7 +149,7 @@ def _log_det(matrix: np.ndarray) -> float:
 
 
 def _label(fit: Fit, label: str | None) -> str:
-    labels = instance(fit, Fit, "fit").predictor.labels
+    labels = fit.predictor.labels
     if label is None and len(labels) == 1:
         return labels[0]
     if label is None or not is_one_of(label, labels):

@@ -14,7 +14,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.steps import STAIRS, STEPPED, with_steps
-from symfric.model.symbols import Key, expression, legible, listed, name_of, refuse_speed
+from symfric.model.symbols import Key, expression, legible, listed, name_of, refuse_speed, shortened
 from symfric.model.tree import parts_of
 from symfric.spelling import spelt
 
@@ -278,7 +278,7 @@ def in_order(held: Sequence[Held]) -> tuple[Held, ...]:
     held = listed(held, "held")
     for h in held:
         if not isinstance(h, Held):
-            raise SceneError(f"{h!r} in held is no sf.Held")
+            raise SceneError(f"{shortened(h)} in held is no sf.Held")
     names = [h.name for h in held]
     double = next((n for i, n in enumerate(names) if n in names[:i]), None)
     if double:

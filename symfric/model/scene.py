@@ -133,11 +133,11 @@ class Scene:
     ):
         """Check and normalise the arguments: keys become the symbols of the expressions, numbers become floats."""
         if not isinstance(system, System):
-            raise SceneError(f"system is {system!r}; give a sf.System")
+            raise SceneError(f"system is {shortened(system)}; give a sf.System")
         self._set("contacts", listed(contacts, "contacts"))
         for c in self.contacts:
             if not isinstance(c, Contact):
-                raise SceneError(f"{c!r} in contacts is no sf.Contact")
+                raise SceneError(f"{shortened(c)} in contacts is no sf.Contact")
         check_contacts(without_states(system), self.contacts)
         texts = dict(by_name(units, "units"))
         for given, what in ((values, "values"), (initial, "initial"), (inputs, "inputs")):

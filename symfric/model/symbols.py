@@ -35,6 +35,8 @@ def name_of(key: Key) -> str:
 
 def legible(name: str, what: str) -> str:
     """Return a name that can stand in a line of text and in XML; raise on control characters and the like."""
+    if not isinstance(name, str):
+        raise SceneError(f"the name of {what} is {shortened(name)}; give a text")
     odd = next((c for c in name if not c.isprintable()), None)
     if odd is not None or not name.strip():
         fault = "is empty" if odd is None else f"holds the character U+{ord(odd):04X}, which cannot be shown"

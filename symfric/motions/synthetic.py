@@ -9,7 +9,7 @@ from symfric.errors import SceneError
 from symfric.model.arguments import instance, is_one_of, whole
 from symfric.model.numeric import Floats
 from symfric.model.results import Result
-from symfric.model.symbols import finite, positive, shortened
+from symfric.model.symbols import finite, numbers_of, positive, shortened
 from symfric.motions.motion import Motion
 from symfric.motions.spectrum import filtered, read_periods, spectrum
 from symfric.motions.units import factor_of
@@ -246,6 +246,7 @@ def synthetic(
     at, target = _target(periods, values)
     dt, duration = finite(dt, "dt"), finite(duration, "duration")
     _check_synthesis(at, dt, duration, rise, decay, iterations)
+    damping = positive(damping, "damping", zero=True)
     whole(seed, "seed", 0)
     n = round(duration / dt) + 1
     best = _synthesis(at, scale * target, seed, damping, n, dt, (rise, decay), iterations)
@@ -260,7 +261,7 @@ def _nearness(off: Misfit, periods: np.ndarray) -> str:
 
 def _target(periods: Floats, values: Floats) -> tuple[np.ndarray, np.ndarray]:
     """Return a target as two arrays of positive numbers."""
-    at, target = read_periods(periods), np.atleast_1d(np.array(values, dtype=float))
+    at, target = read_periods(periods), np.atleast_1d(numbers_of(values, "values"))
     if target.shape != at.shape:
         raise SceneError(f"a target has {at.size} periods and {target.size} values; give as many of each")
     if at[0] <= 0 or np.any(np.diff(at) <= 0) or not np.all((target > 0) & np.isfinite(target)):

@@ -165,7 +165,7 @@ def _read(scene: Scene, section: sp.Expr | str) -> sp.Expr:
     states = {s.name: s for s in scene.system.states}
     if isinstance(section, str):
         if section not in states:
-            raise SceneError(f"the section {section!r} is no state{nearest(section, states)}")
+            raise SceneError(f"the section {shortened(section)} is no state{nearest(section, states)}")
         return states[section]
     section = expression(section, "the section")
     section = section.xreplace({slip(c.name): c.slip for c in scene.contacts})
@@ -234,7 +234,7 @@ def poincare(
     2
     """
     if not isinstance(motion, Run | Scene):
-        raise SceneError(f"{motion!r} is neither a run nor an sf.Scene")
+        raise SceneError(f"{shortened(motion)} is neither a run nor an sf.Scene")
     cut = cut_of(motion.scene if isinstance(motion, Run) else motion, section, level, direction, phase)
     after = finite(after, "after")
     if isinstance(motion, Run):

@@ -12,7 +12,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.long_calls import logged
 from symfric.model.arguments import items
-from symfric.model.symbols import Key, expression, mapped, name_of
+from symfric.model.symbols import Key, expression, mapped, name_of, shortened
 from symfric.structures.contacts import RowContact, RowLoad
 from symfric.structures.rows import row_in
 from symfric.structures.structure import Structure
@@ -64,7 +64,7 @@ def sliding(
     (True, True)
     """
     if not isinstance(structure, Structure):
-        raise SceneError(f"{structure!r} is no sf.structures.Structure")
+        raise SceneError(f"{shortened(structure)} is no sf.structures.Structure")
     numbers = {name_of(key): value for key, value in mapped(values, "values", "{'name': 1.0}").items()}
     stiffness, friction = structure.K, sps.csr_array((structure.n, structure.n))
     for contact in items(contacts, "contacts"):

@@ -130,7 +130,7 @@ def quench(
 def _ratios(follow: bool, k: tuple[float, float] | None) -> tuple[float, float] | None:
     """Return the bounds of k, None if the excitation does not follow the belt speed."""
     if not isinstance(follow, bool):
-        raise SceneError(f"follow is {follow!r}; give True or False")
+        raise SceneError(f"follow is {shortened(follow)}; give True or False")
     if k is not None and not follow:
         raise SceneError("k = a*Omega/v_b is given; it belongs to follow=True")
     if not follow:

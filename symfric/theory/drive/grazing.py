@@ -7,7 +7,7 @@ cycle ends where it only touches w = 0, a condition on a periodic orbit that is 
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
-from symfric.model.arguments import is_one_of
+from symfric.model.arguments import is_one_of, items
 from symfric.model.numeric import Floats
 from symfric.model.symbols import finite, shortened
 from symfric.search import ROUNDING, zero
@@ -210,7 +210,7 @@ def two_slides_thresholds(
     if given[parameter] is not None:
         raise SceneError(f"{parameter} is varied and given as {given[parameter]:g}; leave it out")
     fc1, orbit, thresholds = _kinetic(fc1), None, []
-    for value in values:
+    for value in items(values, "values"):
         pair = Pair(*ratios(**{**given, parameter: value}, damping=damping))
         orbit, end = _again(pair, fc1, orbit) or (_onset(pair, fc1) if _dips(pair) else (None, ""))
         thresholds.append(np.inf if orbit is None else fc1 + difference(pair, orbit))

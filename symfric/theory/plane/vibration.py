@@ -15,7 +15,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law, coulomb
 from symfric.model.numeric import gauss_legendre
-from symfric.model.symbols import numbers_of
+from symfric.model.symbols import numbers_of, shortened
 from symfric.spelling import spelt
 
 Values: TypeAlias = Any  # a number or an array of them
@@ -216,7 +216,7 @@ def _plain(result: np.ndarray) -> Any:
 def _each(speed: Values, intensity: Values, of: _Of, law: Law) -> Any:
     """Return ``of(v, q)`` for every pair."""
     if not isinstance(law, Law):
-        raise SceneError(f"law is {law!r}; give one of sf.laws")
+        raise SceneError(f"law is {shortened(law)}; give one of sf.laws")
     v, q = _given(speed, intensity)
     law(0.0)  # raises if the law has symbols
     values = [of(float(a), float(b)) for a, b in zip(v.ravel(), q.ravel(), strict=True)]
