@@ -133,7 +133,7 @@ class Held:
     @alone(SYMBOLIC)
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
-            raise SceneError(f"the name of a held variable is {self.name!r}; it must be a string")
+            raise SceneError(f"the name of a held variable is {shortened(self.name)}; it must be a string")
         legible(self.name, "a held variable")
         if (self.every is None) == (self.when is None):
             raise SceneError(f"{self.name!r} needs either a sampling period, every=T, or an expression, when=x - 1")

@@ -87,7 +87,7 @@ class Contact:
     @alone(SYMBOLIC)
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
-            raise SceneError(f"the name of a contact is {self.name!r}; it must be a string")
+            raise SceneError(f"the name of a contact is {shortened(self.name)}; it must be a string")
         legible(self.name, "a contact")
         if isinstance(self.slip, Sequence | np.ndarray | sp.MatrixBase) and not isinstance(self.slip, str):
             self._read_pair(list(self.slip))
