@@ -17,7 +17,9 @@ def chromium():
     for argument in ("--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"):
         options.add_argument(argument)
     options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-    return selenium.Chrome(options, selenium.ChromeService(driver))
+    browser = selenium.Chrome(options, selenium.ChromeService(driver))
+    browser.set_script_timeout(300)  # axe takes over half a minute for a long page where other work runs
+    return browser
 
 
 def show(browser, address: str, width: int, media: str = "screen", theme: str = "light") -> None:
