@@ -1,7 +1,11 @@
 """How fast may a bow move before the string stops sticking to it? One mode of an open A string, 440 Hz.
 
-The mode weighs 0.3 g; rosin: 0.8 at rest, 0.25 at speed; the bow is pressed on by 0.9 N.
+The mode weighs 0.3 g; rosin: 0.8 at rest, 0.25 at speed; the bow is pressed on by 0.9 N. The coefficient falls as
+0.55 exp(-v/v_s), so that friction feeds small vibration by 0.55 N exp(-v/v_s)/v_s, and the string takes
+c = 2 zeta m omega: steady sliding is unstable below v_s ln(0.55 N/(v_s c)).
 """
+
+from math import log, pi
 
 import sympy as sp
 
@@ -25,4 +29,6 @@ for speed in (0.1, 0.2, 0.4, 0.8):
     else:
         print(f"{speed:.1f} m/s: slips all the time")
 onset = sf.hopf(string, "v_b", bracket=(0.05, 1.5))
-print(f"Steady sliding is unstable below {onset.value:.3f} m/s; {onset.kind}: above, a string at rest may still start.")
+told = 0.1 * log(0.55 * 0.9 / (0.1 * 2 * 0.002 * 3e-4 * 2 * pi * 440))
+print(f"Steady sliding is unstable below {onset.value:.6f} m/s, closed form {told:.6f} m/s;")
+print(f"{onset.kind}: above, a string at rest may still start.")

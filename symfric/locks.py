@@ -13,6 +13,8 @@ from contextlib import AbstractContextManager
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
+from symfric.spelling import misfit
+
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -30,7 +32,12 @@ def alone(lock: AbstractContextManager[Any]) -> Callable[[Callable[P, R]], Calla
         @wraps(function)
         def locked(*args: P.args, **kwargs: P.kwargs) -> R:
             with lock:
-                return function(*args, **kwargs)
+                try:
+                    return function(*args, **kwargs)
+                except TypeError as error:
+                    if better := misfit(error, function):
+                        raise better from None
+                    raise
 
         return locked
 

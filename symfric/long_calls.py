@@ -13,6 +13,7 @@ from types import FrameType
 from typing import ParamSpec, TypeVar
 
 from symfric.shown_progress import Surface, forget, opened
+from symfric.spelling import misfit, spelt
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -128,6 +129,7 @@ if sys.platform != "win32":
     os.register_at_fork(after_in_child=_after_fork)
 
 
+@spelt
 def show_progress(on: bool) -> None:
     """Turn the progress of calls of over two seconds on or off; it is on by default.
 
@@ -161,8 +163,13 @@ def logged(function: Callable[P, R]) -> Callable[P, R]:
             caller = sys._getframe(1).f_globals.get("__name__", "")
             if caller.startswith("symfric."):
                 return function(*args, **kwargs)
-            with _shown(function.__name__):
-                return function(*args, **kwargs)
+            try:
+                with _shown(function.__name__):
+                    return function(*args, **kwargs)
+            except TypeError as error:
+                if better := misfit(error, function):
+                    raise better from None
+                raise
         levels = call.levels
         levels.append(_NOTHING)
         try:

@@ -3,7 +3,7 @@
 import logging
 import pickle
 import re
-from inspect import signature
+from inspect import isfunction, signature
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,8 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from docs.public_names import offered
+from docs.public_names import offered, public_names
+from symfric.spelling import spelt
 
 X, U = sp.symbols("x u", real=True)
 K, V = sp.symbols("k v_b", positive=True)
@@ -57,8 +58,27 @@ GOOD = {
     sf.theory.drive.threshold: {"mu1": -0.3, "mu2": 0.3, "p_star": -0.2},
     sf.theory.belt.onset_speed: {"scene": BELT},
     sf.structures.Structure: {"M": np.eye(2), "K": np.eye(2)},
+    sf.explain: {"scene": BELT, "sensitivities": ["v_b"], "order": 1},
+    sf.Taylor: {"order": 20, "max_steps": 10, "max_events": 10},
+    sf.Exact: {"max_steps": 10, "max_events": 10, "general": sf.Taylor()},
+    sf.Integrators: {"plugin": "erk", "max_step": 1.0, "elements": 10, "max_events": 10, "max_steps": 10},
+    sf.laws.cubic: {"mu_s": 0.4, "mu_m": 0.25, "v_m": 0.5},
+    sf.friction_force: {"contact": "floor", "component": 0},
+    sf.control.pid: {"x": X, "ref": 1, "kp": 1, "ki": 1, "kd": 1, "every": 0.1, "rate": U, "limits": (-1, 1)},
+    sf.control.dither: {"amplitude": 1, "frequency": 50, "phase": 0, "shape": "sine"},
+    sf.patched_floor: {"length": 1.0, "n": 4, "mean": 0.01, "deviation": 0.002, "seed": 1},
+    sf.structures.chain: {"n": 3, "mass": 1.0, "stiffness": 1.0, "damping": 0.1, "ends": "fixed", "ground": 0.0},
+    sf.structures.beam: {"elements": 2, "damping": 0.1, "load": "axial", "left": "clamped", "right": "free"},
+    sf.structures.write: {"structure": sf.structures.chain(2), "path": "chain.npz"},
+    sf.motions.random_forcing: {"duration": 10.0, "band": (0.5, 5.0), "rms": 1.0, "number": 1, "seed": 1},
+    sf.motions.sine_burst: {"pga": 1.0, "frequency": 1.0, "cycles": 4, "ramp": 1},
+    sf.theory.falling_speeds: {"law": LAW},
+    sf.theory.foundation.state_matrix: {"mass_ratio": 0.1, "stiffness": 0.2, "damping": 0.1, "main_damping": 0.0},
+    sf.theory.absorber.state_matrix: {"mu": 0.1, "f": 0.9, "zeta": 0.2, "main_damping": 0.0},
+    sf.theory.absorber.response: {"mass_ratio": 0.1, "tuning": 0.9, "damping": 0.2, "g": 1.0, "symbolic": False},
+    sf.theory.symbolic_hurwitz_of_matrices: {"M": [[1]], "B": [[1]], "K": [[1]]},
 }
-BAD = [0.5, "y", object(), [1, 2, 3], -1.0, [], {}, np.nan, X]
+BAD = [0.5, "y", object(), [1, 2, 3], -1.0, [], {}, np.nan, X, np.ones((2, 3)), np.array([1.0, np.nan]), sf.simulate]
 REFUSALS = sf.SceneError, sf.NotFound, sf.NoRoute, sf.RunFailed
 MISSPELT = [(f, name) for f, good in GOOD.items() for name in good]
 
@@ -78,8 +98,31 @@ def test_arguments_of_every_other_kind_are_one_line(function):
 @pytest.mark.parametrize(("function", "name"), MISSPELT, ids=lambda p: getattr(p, "__name__", p))
 def test_a_misspelt_keyword_is_named(function, name):
     given = {n: v for n, v in GOOD[function].items() if n != name} | {f"{name}_": 1}
-    with pytest.raises(TypeError, match=rf"{function.__name__}.*unexpected keyword argument '{name}_'"):
+    with pytest.raises(
+        TypeError, match=rf"{function.__name__}.*unexpected .* '{name}_'(; did you mean|. Did you mean)"
+    ):
         function(**given)
+
+
+@pytest.mark.parametrize("name", [n for n, t in public_names().items() if isfunction(t) and signature(t).parameters])
+def test_every_public_function_answers_an_unknown_keyword_with_a_cure(name):
+    function = public_names()[name]
+    with pytest.raises(TypeError, match=r"unexpected keyword argument 'zzz'; (known: \w|give \w+=)"):
+        function(zzz=1)
+
+
+def test_an_error_of_the_same_words_from_within_is_left_alone():
+    def inner(a):
+        return a
+
+    @spelt
+    def outer(b):
+        return inner(c=b)
+
+    with pytest.raises(TypeError, match=r"inner\(\) got an unexpected keyword argument 'c'$"):
+        outer(1)
+    with pytest.raises(TypeError, match=r"outer\(\) got an unexpected keyword argument 'a'; known: b$"):
+        outer(a=1)
 
 
 @pytest.mark.parametrize(
@@ -110,11 +153,25 @@ def test_a_misspelt_name_names_the_nearest(wrong, near):
         (lambda: sf.System([X]), r"System.* missing .*: 'u', 'mass', and 'force'"),
         (lambda: sf.hopf(BELT), r"hopf\(\) missing .*: 'parameter' and 'bracket'"),
         (lambda: sf.laws.stribeck(0.5, 0.3), r"stribeck\(\) missing .*: 'v_s'"),
-        (lambda: BELT.where(v_b=0.3), r"Scene.where\(\) got an unexpected keyword argument 'v_b'"),
+        (lambda: BELT.where(v_b=0.3), r"Scene.where\(\) got an unexpected .* 'v_b'; give values={'v_b': ...}"),
+        (lambda: BELT.where("v_b", 0.3), r"takes 2 positional arguments but 3 were given; give values={'name': ...}"),
+        (lambda: BELT.starting(x=0.1), r"unexpected keyword argument 'x'; give initial={'x': ...}"),
+        (lambda: sf.sweep(BELT, v_b=[0.1, 0.2]), r"unexpected keyword argument 'v_b'; give grid={'v_b': ...}"),
+        (lambda: sf.Scene(force=[-X]), r"unexpected keyword argument 'force'; it is an argument of sf.System"),
+        (lambda: sf.simulate(BELT, max_steps=9), r"unexpected .* 'max_steps'; it is an argument of sf.Taylor"),
+        (lambda: sf.simulate(BELT, rtol=1e-6), r"unexpected keyword argument 'rtol'; it is called tolerance here"),
+        (lambda: sf.Contact(velocity=U), r"unexpected keyword argument 'velocity'; it is called slip here"),
+        (lambda: sf.simulate(BELT, 1, 2, 3, 4, 5, 6), r"7 were given; known: order, progress, route, scene"),
         (lambda: BELT.until(), r"Scene.until\(\) missing .*: 'horizon'"),
-        (lambda: BELT.until(horzon=3), r"Scene.until\(\) got an unexpected keyword argument 'horzon'"),
-        (lambda: sf.simulate(BELT, tol=1e-6), r"simulate\(\) got an unexpected keyword argument 'tol'"),
-        (lambda: sf.simulate(BELT).plot(axes=1), r"Run.plot\(\) got an unexpected keyword argument 'axes'"),
+        (lambda: BELT.until(horzon=3), r"unexpected keyword argument 'horzon'; did you mean horizon\?"),
+        (
+            lambda: sf.simulate(BELT, tol=1e-6),
+            r"simulate\(\) got an unexpected keyword argument 'tol'; did you mean tolerance\?",
+        ),
+        (
+            lambda: sf.simulate(BELT).plot(axes=1),
+            r"Run.plot\(\) got an unexpected keyword argument 'axes'; did you mean ax",
+        ),
     ],
 )
 def test_a_call_that_lacks_something_names_it(call, said):
@@ -195,7 +252,7 @@ def test_a_traceback_shows_the_line_of_the_user_and_then_the_function_that_was_c
     with pytest.raises(sf.SceneError) as caught:
         call()
     frames = [(Path(e.path).name, e.frame.code.name) for e in caught.traceback]
-    ours = [name for file, name in frames[2:] if file not in ("locks.py", "long_calls.py", "<string>")]
+    ours = [name for file, name in frames[2:] if file not in ("locks.py", "long_calls.py", "spelling.py", "<string>")]
     assert frames[1][0] == Path(__file__).name
     assert ours[0] == function
 

@@ -21,7 +21,7 @@ from symfric.model.excitation import forcing_period
 from symfric.model.outputs import End, StopTime
 from symfric.model.results import ArrayResult, Drawable, Labelled, as_plain
 from symfric.model.scene import Scene, check_scene
-from symfric.model.symbols import Key, finite, name_of, nearest
+from symfric.model.symbols import Key, finite, name_of, nearest, shortened
 from symfric.model.units import attributes_of
 from symfric.orbits.sizes import over_time
 from symfric.solve.case_values import NOT_COMPUTED
@@ -175,7 +175,7 @@ def basins(
 def _axes(scene: Scene, starts: Mapping[Key, np.ndarray]) -> dict[str, np.ndarray]:
     """Return the names of the states and their initial values."""
     if not isinstance(starts, Mapping) or not starts:
-        raise SceneError(f"starts is {starts!r}; give a mapping of states to sequences of values")
+        raise SceneError(f"starts is {shortened(starts)}; give a mapping of states to sequences of values")
     states = [s.name for s in scene.system.states]
     axes = {name_of(k): v for k, v in starts.items()}
     for name in axes:

@@ -7,7 +7,9 @@ from typing import Any, Literal, cast
 import numpy as np
 
 from symfric.errors import SceneError
-from symfric.model.symbols import Key, name_of
+from symfric.model.arguments import is_one_of, whole
+from symfric.model.symbols import Key, name_of, numbers_of, shortened
+from symfric.spelling import spelt
 
 METHODS = ("sobol", "latin", "random")
 MOST = 10_000_000  # cases
@@ -98,6 +100,7 @@ def row_of(values: Any, name: str) -> np.ndarray:
     return row
 
 
+@spelt
 def draw(
     distributions: Mapping[Key, Any],
     number: int,
@@ -165,13 +168,13 @@ def draw(
             )
     for what, value in (("number", number), ("repeats", repeats)):
         if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-            raise SceneError(f"{what} is {value!r}; give a whole number, at least 1")
+            raise SceneError(f"{what} is {shortened(value)}; give a whole number, at least 1")
     if number * repeats > MOST:
         raise SceneError(f"{number} cases {repeats} times are more than {MOST}; draw fewer")
-    if method not in METHODS:
-        raise SceneError(f"method is {method!r}; it is one of {', '.join(map(repr, METHODS))}")
+    if not is_one_of(method, METHODS):
+        raise SceneError(f"method is {shortened(method)}; it is one of {', '.join(map(repr, METHODS))}")
     factor = None if correlation is None else _factor(correlation, len(names))
-    seeds = np.random.SeedSequence(seed).spawn(repeats)
+    seeds = np.random.SeedSequence(whole(seed, "seed", 0)).spawn(repeats)
     parts = []
     for own in seeds:
         rng = np.random.default_rng(own)
@@ -189,7 +192,7 @@ def draw(
 
 def _factor(correlation: Any, size: int) -> np.ndarray:
     """Return the Cholesky factor of a correlation matrix."""
-    matrix = np.array(correlation, dtype=float)
+    matrix = numbers_of(correlation, "correlation")
     if matrix.shape != (size, size) or not np.allclose(matrix, matrix.T) or not np.allclose(np.diag(matrix), 1.0):
         raise SceneError(
             f"correlation has shape {matrix.shape}; give a symmetric ({size}, {size}) with ones on its diagonal"

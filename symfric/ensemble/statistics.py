@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from symfric.errors import SceneError
-from symfric.model.symbols import finite
+from symfric.model.arguments import is_one_of
+from symfric.model.symbols import finite, numbers_of, shortened
+from symfric.spelling import spelt
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -15,6 +17,7 @@ CASE, REPEAT = "case", "repeat"
 FAILED = "lost"
 
 
+@spelt
 def probability(
     values: "xr.DataArray", *, above: float | None = None, below: float | None = None, over: str = CASE
 ) -> "xr.Dataset":
@@ -77,6 +80,7 @@ def probability(
     return xr.Dataset({**estimate, "cases": n, FAILED: array.sizes[over] - n})
 
 
+@spelt
 def spread(
     found: "xr.Dataset | xr.DataArray", quantiles: Sequence[float] = (0.05, 0.5, 0.95), *, over: str = CASE
 ) -> "xr.Dataset":
@@ -112,13 +116,13 @@ def spread(
     """
     import xarray as xr
 
-    levels = np.array(quantiles, dtype=float)
+    levels = numbers_of(quantiles, "quantiles")
     if levels.ndim != 1 or not levels.size or not np.all((levels >= 0) & (levels <= 1)):
-        raise SceneError(f"quantiles is {quantiles!r}; give numbers between 0 and 1")
+        raise SceneError(f"quantiles is {shortened(quantiles)}; give numbers between 0 and 1")
     if isinstance(found, xr.Dataset):
         outputs = [n for n, v in found.data_vars.items() if n != "status" and v.dtype.kind == "f" and over in v.dims]
         if not outputs:
-            raise SceneError(f"no output has the dimension {over!r}; sweep over sf.CaseTable")
+            raise SceneError(f"no output has the dimension {shortened(over)}; sweep over sf.CaseTable")
         parts = [spread(found[n], quantiles, over=over) for n in outputs]
         return xr.concat(parts, xr.DataArray(outputs, dims="output", name="output"), join="outer")
     array = _array(found, over)
@@ -141,9 +145,10 @@ def _array(values: Any, over: str) -> "xr.DataArray":
 
     if not isinstance(values, xr.DataArray):
         raise SceneError(f"{type(values).__name__} is no output of a sweep; give found['name'], an xarray.DataArray")
-    if over not in values.dims:
+    if not is_one_of(over, values.dims):
         raise SceneError(
-            f"the output has no dimension {over!r} but {', '.join(map(str, values.dims))}; sweep over sf.CaseTable"
+            f"the output has no dimension {shortened(over)} but {', '.join(map(str, values.dims))}; "
+            "sweep over sf.CaseTable"
         )
     return values
 

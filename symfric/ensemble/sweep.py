@@ -15,8 +15,9 @@ from symfric.ensemble.store import Store
 from symfric.ensemble.worker import CODES, NOT_COMPUTED, Task, make_program
 from symfric.errors import SceneError
 from symfric.long_calls import logged, show_this, until_interrupted
+from symfric.model.arguments import is_one_of, path_of
 from symfric.model.scene import Scene
-from symfric.model.symbols import Key
+from symfric.model.symbols import Key, shortened
 from symfric.model.units import attributes_of, output_unit
 from symfric.solve.case_values import processors, workers_of
 from symfric.solve.program import check_tolerance
@@ -94,7 +95,7 @@ def sweep(
     tolerance = check_tolerance(tolerance)
     workers = _checked(jobs, executor, progress)
     width = sum(cases.width.values())
-    kept = None if store is None else _open_store(store, cases, tolerance, route, width)
+    kept = None if store is None else _open_store(path_of(store, "store"), cases, tolerance, route, width)
     if kept is not None and kept.complete:
         return _stored(kept, cases, tolerance)
     results = Results(cases.size, width, kept)
@@ -139,9 +140,11 @@ def _checked(jobs: int, executor: object, progress: object) -> int:
     """Check the arguments and return the number of threads."""
     workers = workers_of(jobs, "jobs")
     if executor is not None and not isinstance(executor, Executor):
-        raise SceneError(f"executor is {executor!r}; give a concurrent.futures.Executor, such as Client.get_executor()")
-    if progress not in (True, False, None) and not callable(progress):
-        raise SceneError(f"progress is {progress!r}; give True or a function of a Progress")
+        raise SceneError(
+            f"executor is {shortened(executor)}; give a concurrent.futures.Executor, such as Client.get_executor()"
+        )
+    if not is_one_of(progress, (True, False, None)) and not callable(progress):
+        raise SceneError(f"progress is {shortened(progress)}; give True or a function of a Progress")
     return workers
 
 

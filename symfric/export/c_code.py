@@ -14,6 +14,7 @@ from symfric.export.stepper import Stepper, stepper
 from symfric.files import write_together
 from symfric.locks import SYMBOLIC, alone
 from symfric.long_calls import logged
+from symfric.model.arguments import path_of
 from symfric.model.results import Result
 from symfric.model.scene import Scene
 
@@ -108,7 +109,7 @@ def write_c(
     ...     "int belt_step(" in belt.files[1].read_text()
     True
     """
-    place = Path(path)
+    place = path_of(path)
     if place.suffix != ".c":
         raise SceneError(f"{path} is no name for C code; it ends in .c, such as {place.stem or 'scene'}.c")
     name = identifier(place.stem, "the file")

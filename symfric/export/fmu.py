@@ -21,6 +21,7 @@ from symfric.export.c_code import Exported, c_sources, exported, identifier, sou
 from symfric.export.stepper import MEANING, Stepper, stepper
 from symfric.files import write_whole
 from symfric.long_calls import logged
+from symfric.model.arguments import path_of
 from symfric.model.scene import Scene
 
 _COMPILERS = "cc", "gcc", "clang"
@@ -75,7 +76,7 @@ def write_fmu(
     ...     zipfile.ZipFile(unit.files[0]).namelist()[0]
     'modelDescription.xml'
     """
-    place = Path(path)
+    place = path_of(path)
     if place.suffix != ".fmu":
         raise SceneError(f"{path} is no name for a unit; it ends in .fmu, such as {place.stem or 'scene'}.fmu")
     name = identifier(place.stem, "the file")

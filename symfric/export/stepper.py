@@ -16,7 +16,7 @@ from symfric.model.held import Held
 from symfric.model.in_plane import refuse_planes
 from symfric.model.outputs import OF_CONTACTS, Trajectory, friction_force, slip
 from symfric.model.scene import Scene, check_scene
-from symfric.model.symbols import TIME, Key, expression, finite, name_of, nearest
+from symfric.model.symbols import TIME, Key, expression, finite, name_of, nearest, shortened
 from symfric.model.system import Contact
 from symfric.model.units import attributes_of
 from symfric.solve.routes import simulate
@@ -277,7 +277,7 @@ def stepper(scene: Scene, step: float, outputs: Mapping[str, sp.Expr] | None = N
     if length <= 0:
         raise SceneError(f"step is {length:g}; it must be positive")
     if not isinstance(events, int) or isinstance(events, bool) or events < 1:
-        raise SceneError(f"events is {events!r}; give a whole number of 1 or more")
+        raise SceneError(f"events is {shortened(events)}; give a whole number of 1 or more")
     check_scene(scene)
     refuse_planes(scene.contacts, "an exported model")
     _check_clocks(scene, length, events)
@@ -322,7 +322,7 @@ def _read_outputs(scene: Scene, outputs: Mapping[str, sp.Expr] | None) -> dict[s
         kinds = {"slip": slip, "friction": friction_force}
         return {f"{c.name}.{word}": make(c.name) for c in scene.contacts for word, make in kinds.items()}
     if not isinstance(outputs, Mapping):
-        raise SceneError(f"outputs is {outputs!r}; give a mapping of names to expressions, {{'pull': -k*x}}")
+        raise SceneError(f"outputs is {shortened(outputs)}; give a mapping of names to expressions, {{'pull': -k*x}}")
     known = {s.name for s in (*scene.system.states, *scene.system.rows, *scene.parameters, *scene.inputs, TIME)}
     known |= {make(c.name).name for c in scene.contacts for make in OF_CONTACTS.values()}
     shown = {}

@@ -15,7 +15,7 @@ from symfric.identification.local_fit import Problem, minimise
 from symfric.long_calls import logged
 from symfric.model.results import ArrayResult, Labelled
 from symfric.model.scene import Scene
-from symfric.model.symbols import Key, name_of, nearest
+from symfric.model.symbols import Key, name_of, nearest, shortened
 
 SAME = 2.0  # difference of AICc below which the records do not tell two laws apart (Burnham and Anderson)
 
@@ -207,9 +207,9 @@ def compare_laws(
     'dry'
     """
     if not isinstance(scenes, Mapping) or not scenes or not all(isinstance(s, Scene) for s in scenes.values()):
-        raise SceneError(f"{scenes!r} is no mapping of names of laws to scenes")
+        raise SceneError(f"{shortened(scenes)} is no mapping of names of laws to scenes")
     if isinstance(folds, bool) or not isinstance(folds, int) or folds < 2:
-        raise SceneError(f"folds is {folds!r}; give at least 2")
+        raise SceneError(f"folds is {shortened(folds)}; give at least 2")
     own = _parameters_of(scenes, parameters)
     scores, failed = [], {}
     for name, scene in scenes.items():

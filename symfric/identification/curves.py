@@ -13,11 +13,13 @@ from symfric.identification.unknowns import read_bounds
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.numeric import numeric
-from symfric.model.symbols import SPEED, Key, positive
+from symfric.model.symbols import SPEED, Key, positive, shortened
+from symfric.spelling import spelt
 
 KINETIC, STATIC = "friction", "static friction"
 
 
+@spelt
 def fit_curve(
     law: Law,
     speed: Any,
@@ -79,7 +81,7 @@ def fit_curve(
     {'mu_s': 0.4, 'mu_k': 0.25, 'v_s': 0.1}
     """
     if not isinstance(law, Law):
-        raise SceneError(f"{law!r} is no friction law; give one of sf.laws with symbols for what is unknown")
+        raise SceneError(f"{shortened(law)} is no friction law; give one of sf.laws with symbols for what is unknown")
     load = positive(normal, "normal")
     v, y = _points(speed, friction)
     held = np.zeros(0) if static is None else numbers(np.atleast_1d(static), "static")

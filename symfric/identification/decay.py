@@ -15,8 +15,11 @@ from symfric.identification.records import Channel, check_row, numbers
 from symfric.identification.unknowns import read_bounds
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
+from symfric.model.arguments import is_one_of, items
 from symfric.model.scene import Scene
+from symfric.model.symbols import shortened
 from symfric.model.system import Contact, System
+from symfric.spelling import spelt
 
 DRY, VISCOUS, QUADRATIC = "delta", "zeta", "kappa"
 TERMS = {"dry": DRY, "viscous": VISCOUS, "quadratic": QUADRATIC}
@@ -73,6 +76,7 @@ def _even(w: float, t: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, 
     return c, s, t * s / 2, ds
 
 
+@spelt
 def fit_decay(t: Any, x: Any, terms: Sequence[str] = ("dry", "viscous", "quadratic"), *, sigma: Any = None) -> Fit:
     r"""Fit the damping of a free oscillation to the envelope of its decay.
 
@@ -120,9 +124,10 @@ def fit_decay(t: Any, x: Any, terms: Sequence[str] = ("dry", "viscous", "quadrat
     """
     t, x = numbers(t, "the times"), numbers(x, "the values")
     check_row(t, x, "the record")
-    strange = [n for n in terms if n not in TERMS]
-    if isinstance(terms, str) or strange or not terms or len(set(terms)) < len(terms):
-        raise SceneError(f"terms is {terms!r}; give some of {', '.join(map(repr, TERMS))}")
+    terms = tuple(items(terms, "terms"))
+    strange = [n for n in terms if not is_one_of(n, TERMS)]
+    if strange or not terms or len(set(terms)) < len(terms):
+        raise SceneError(f"terms is {shortened(terms)}; give some of {', '.join(map(repr, TERMS))}")
     noise = noise_of(sigma, x.size)
     swings = extremes(t, x, None if noise is None else float(np.mean(noise)))
     names = [TERMS[n] for n in terms]

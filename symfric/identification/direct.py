@@ -17,6 +17,7 @@ from symfric.identification.records import Channel, places
 from symfric.identification.starts import best_of, chosen_starts
 from symfric.identification.unknowns import Unknowns
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.arguments import whole
 from symfric.model.laws import Law
 from symfric.model.scene import Scene
 from symfric.model.symbols import nearest
@@ -80,6 +81,7 @@ def fit_formula(formula: Formula, sigma: np.ndarray | None, first: np.ndarray | 
         Values to begin with.
     seed : int
     """
+    whole(seed, "seed", 0)
     y = np.concatenate([c.y for c in formula.channels])
     if y.size < formula.unknowns.size:
         raise SceneError(f"{y.size} points cannot fix {formula.unknowns.size} unknowns; measure more points")
@@ -118,6 +120,6 @@ def noise_of(sigma: Any, size: int) -> np.ndarray | None:
         raise SceneError(
             f"sigma has shape {np.shape(sigma)}; give a number, or one for each of {size} points"
         ) from None
-    if not np.all(row > 0):
-        raise SceneError("sigma is not positive; give standard deviations of the noise")
+    if not np.all((row > 0) & np.isfinite(row)):
+        raise SceneError("sigma is not positive and finite; give standard deviations of the noise")
     return row

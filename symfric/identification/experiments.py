@@ -11,8 +11,9 @@ from symfric.errors import NotFound, SceneError
 from symfric.identification.fit import Fit
 from symfric.identification.prediction import Predictor
 from symfric.long_calls import logged
+from symfric.model.arguments import instance, is_one_of
 from symfric.model.results import Result
-from symfric.model.symbols import Key, finite, name_of
+from symfric.model.symbols import Key, finite, name_of, shortened
 
 WEAK = 1e-12  # information of the bounds themselves, relative, that keeps determinants of unfixed unknowns finite
 MOST = 10_000  # candidates
@@ -108,11 +109,11 @@ def test_design(
     >>> len(plan.chosen)
     1
     """
-    predictor, unknowns = fit.predictor, fit.predictor.unknowns
+    predictor, unknowns = instance(fit, Fit, "fit").predictor, fit.predictor.unknowns
     scene_label = _label(fit, label)
     names, rows = _grid(fit, settings, scene_label)
     if isinstance(number, bool) or not isinstance(number, int) or number < 1:
-        raise SceneError(f"number is {number!r}; give how many measurements to choose, at least 1")
+        raise SceneError(f"number is {shortened(number)}; give how many measurements to choose, at least 1")
     ranges = unknowns.high - unknowns.low
     own = fit._jacobian * ranges / np.sqrt(fit.variance)
     base = own.T @ own
@@ -151,8 +152,8 @@ def _label(fit: Fit, label: str | None) -> str:
     labels = fit.predictor.labels
     if label is None and len(labels) == 1:
         return labels[0]
-    if label not in labels:
-        raise SceneError(f"label is {label!r}; the fit has the scenes {', '.join(labels)}")
+    if label is None or not is_one_of(label, labels):
+        raise SceneError(f"label is {shortened(label)}; the fit has the scenes {', '.join(labels)}")
     return label
 
 

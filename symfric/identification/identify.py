@@ -17,8 +17,9 @@ from symfric.identification.records import read_channels
 from symfric.identification.starts import best_of, chosen_starts
 from symfric.identification.unknowns import OFFSET, SCALE, START, Unknowns, read_unknowns
 from symfric.long_calls import logged, tell
+from symfric.model.arguments import whole
 from symfric.model.scene import Scene
-from symfric.model.symbols import Key
+from symfric.model.symbols import Key, shortened
 from symfric.solve.case_values import workers_of
 from symfric.solve.program import check_tolerance
 
@@ -112,11 +113,14 @@ def identify(
     """
     scenes = _scenes(scene)
     channels = read_channels(scenes, records, observed, sigma)
+    whole(seed, "seed", 0)
     unknowns = read_unknowns(parameters, scenes, channels)
     if isinstance(starts, bool) or not isinstance(starts, int | np.integer) or starts < 1:
-        raise SceneError(f"starts is {starts!r}; give how many starts the fit makes, at least 1")
+        raise SceneError(f"starts is {shortened(starts)}; give how many starts the fit makes, at least 1")
     if isinstance(segments, bool) or not isinstance(segments, int | np.integer) or segments < 1:
-        raise SceneError(f"segments is {segments!r}; give into how many pieces the records are cut, at least 1")
+        raise SceneError(
+            f"segments is {shortened(segments)}; give into how many pieces the records are cut, at least 1"
+        )
     if (counted := read_loss(loss)).is_robust and segments > 1:
         raise SceneError(f"loss is {loss!r}, which is for fits of one piece; leave out segments, or take loss='linear'")
     samples = sum(c.y.size for c in channels)
@@ -152,7 +156,7 @@ def identify(
 def _scenes(scene: Any) -> dict[str, Scene]:
     scenes = {"": scene} if isinstance(scene, Scene) else scene
     if not isinstance(scenes, Mapping) or not scenes or not all(isinstance(s, Scene) for s in scenes.values()):
-        raise SceneError(f"{scene!r} is neither a sf.Scene nor a mapping of labels to scenes")
+        raise SceneError(f"{shortened(scene)} is neither a sf.Scene nor a mapping of labels to scenes")
     if any(not isinstance(n, str) or ("" == n and not isinstance(scene, Scene)) for n in scenes):
         raise SceneError("the labels of the scenes must be strings that are not empty")
     return dict(scenes)

@@ -18,10 +18,12 @@ from symfric.lower.printer import Printer, Switches
 from symfric.model.laws import Law
 from symfric.model.laws.memory import SIDE, SLIP, Memory
 from symfric.model.symbols import SPEED, Key, positive
+from symfric.spelling import spelt
 
 PARTS = 8  # steps from one sample to the next; laws linear in their states, and sliders, are exact in one
 
 
+@spelt
 def fit_loop(
     law: Law,
     displacement: Any,

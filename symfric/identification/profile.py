@@ -10,6 +10,7 @@ from symfric.axes import Axes
 from symfric.errors import SceneError
 from symfric.identification.local_fit import Minimum, Problem, minimise
 from symfric.model.results import Drawable, Result
+from symfric.model.symbols import shortened
 
 REFINED = 40  # most steps towards the end of an interval
 CLOSE, NARROW = 1e-4, 1e-6  # distance from the threshold, and from the end of the interval, that suffice (relative)
@@ -101,7 +102,7 @@ def profile_of(
 ) -> Profiled:
     """Compute the profile of unknown `k` up to a rise of the cost; see `symfric.identification.fit.Fit.profile`."""
     if not isinstance(points, int) or points < FEWEST:
-        raise SceneError(f"points is {points!r}; give at least {FEWEST}")
+        raise SceneError(f"points is {shortened(points)}; give at least {FEWEST}")
     walk = _Walk(problem, values, cost, k, cost + rise)
     ends = tuple(walk.end(way, _first_step(problem, values, k, jacobian, rise), points) for way in (-1, 1))
     order = sorted(walk.minima.items())

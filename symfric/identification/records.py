@@ -14,7 +14,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.identification.tables import read_table
 from symfric.model.scene import Scene
-from symfric.model.symbols import expression, name_of, nearest
+from symfric.model.symbols import expression, mapped, name_of, nearest
 
 GAP = 10.0  # an interval this many times as long as the usual one is a gap
 SECONDS = ("", "s", "sec", "second", "seconds")
@@ -78,6 +78,8 @@ def read_channels(
     SceneError
         If a record is bad; names it and the cure.
     """
+    if observed is not None:
+        mapped(observed, "observed", "{'column': expression}")
     if isinstance(scenes, Mapping) and "" in scenes:
         groups = {"": records}
     else:

@@ -10,14 +10,17 @@ import numpy as np
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.model.arguments import is_one_of
 from symfric.model.held import Held
 from symfric.model.public_names import names_of
-from symfric.model.symbols import TIME, expression, listed
+from symfric.model.symbols import TIME, expression, listed, pair, shortened
+from symfric.spelling import spelt
 
 __all__ = ["discrete", "dither", "friction_compensation", "pid", "pwm", "state_feedback"]
 _Number: TypeAlias = float | sp.Expr
 
 
+@spelt
 def pid(
     x: sp.Expr,
     ref: _Number,
@@ -82,14 +85,15 @@ def pid(
     1.0
     """
     error = expression(ref, "ref") - expression(x, "x")
+    kp, ki, kd = expression(kp, "kp"), expression(ki, "ki"), expression(kd, "kd")
     states = []
-    if rate is None and not expression(kd, "kd").is_zero:
+    if rate is None and not kd.is_zero:
         measured = Held(f"{name}.measured", x, every, offset, initial=start)
         rate = (x - measured.previous) / expression(every, "every")
         states = [measured]
-    direct = kp * error - (0 if rate is None else kd * rate)
+    direct = kp * error - (0 if rate is None else kd * expression(rate, "rate"))
     total = direct
-    if not expression(ki, "ki").is_zero:
+    if not ki.is_zero:
         memory = sp.Symbol(f"{name}.integral.previous", real=True)
         grown = memory + ki * expression(every, "every") * error
         total = direct + grown
@@ -101,12 +105,13 @@ def pid(
 
 def _within(e: sp.Expr, limits: tuple[_Number, _Number]) -> sp.Expr:
     """Return an expression cut off at limits."""
-    low, high = (expression(limit, "a limit") for limit in limits)
+    low, high = (expression(limit, "a limit") for limit in pair(limits, "limits"))
     if (high - low).is_number and high <= low:
         raise SceneError(f"the limits are {low} and {high}; the first must be the lower one")
     return sp.Max(low, sp.Min(high, e))
 
 
+@spelt
 def state_feedback(
     states: Sequence[sp.Expr],
     gains: Sequence[_Number],
@@ -151,6 +156,7 @@ def state_feedback(
     return [Held(name, force, every, offset, delay)]
 
 
+@spelt
 def friction_compensation(
     speed: sp.Expr,
     force: _Number,
@@ -193,6 +199,7 @@ def friction_compensation(
     return [Held(name, update, every, offset, delay)]
 
 
+@spelt
 def dither(
     amplitude: _Number, frequency: _Number, *, shape: Literal["sine", "square"] = "sine", phase: _Number = 0.0
 ) -> sp.Expr:
@@ -238,12 +245,13 @@ def dither(
     )
     if rate.is_number and not rate > 0:
         raise SceneError(f"frequency is {frequency}; it must exceed 0")
-    if shape not in ("sine", "square"):
-        raise SceneError(f"shape is {shape!r}; it must be 'sine' or 'square'")
+    if not is_one_of(shape, ("sine", "square")):
+        raise SceneError(f"shape is {shortened(shape)}; it must be 'sine' or 'square'")
     wave = sp.sin(rate * TIME + angle)
     return size * (wave if shape == "sine" else sp.sign(wave))
 
 
+@spelt
 def pwm(duty: _Number, *, every: _Number, name: str = "pwm") -> list[Held]:
     """Return the held variables of a pulse-width modulation; the last one is 1 during a pulse, and 0 otherwise.
 
@@ -291,6 +299,7 @@ def pwm(duty: _Number, *, every: _Number, name: str = "pwm") -> list[Held]:
     return [start, Held(name, sp.Piecewise((1, left < 0), (0, True)), when=left)]
 
 
+@spelt
 def discrete(
     system: Any, inputs: Sequence[sp.Expr], *, name: str = "controller", offset: _Number = 0.0, delay: _Number = 0.0
 ) -> list[Held]:

@@ -14,8 +14,9 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.steps import STAIRS, STEPPED, with_steps
-from symfric.model.symbols import Key, expression, legible, listed, name_of, refuse_speed
+from symfric.model.symbols import Key, expression, legible, listed, name_of, refuse_speed, shortened
 from symfric.model.tree import parts_of
+from symfric.spelling import spelt
 
 MOST_WAITING = 64  # most values on their way
 EMPTY = -1.0  # time left of a place for a value on its way that is empty
@@ -72,6 +73,7 @@ def at_side(e: sp.Expr, crossing: sp.Expr, side: sp.Expr) -> sp.Expr:
     return e.xreplace(rule) if rule else e
 
 
+@spelt
 @dataclass(frozen=True, eq=False)
 class Held:
     """A variable that is computed at sampling instants, or at the zeros of an expression, and constant between them.
@@ -131,7 +133,7 @@ class Held:
     @alone(SYMBOLIC)
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
-            raise SceneError(f"the name of a held variable is {self.name!r}; it must be a string")
+            raise SceneError(f"the name of a held variable is {shortened(self.name)}; it must be a string")
         legible(self.name, "a held variable")
         if (self.every is None) == (self.when is None):
             raise SceneError(f"{self.name!r} needs either a sampling period, every=T, or an expression, when=x - 1")
@@ -142,7 +144,7 @@ class Held:
         if self.when is not None:
             self._set("when", crossing_of(self.when, f"when of {self.name!r}"))
         for part, strict in (("every", True), ("offset", False), ("delay", False)):
-            if getattr(self, part) is not None:
+            if part != "every" or self.every is not None:
                 self._set(part, time_of(getattr(self, part), f"{part} of {self.name!r}", 0.0, strict))
         if self.when is not None and not sp.sympify(self.offset).is_zero:
             raise SceneError(f"{self.name!r} has an offset, which belongs to every; remove it")
@@ -276,7 +278,7 @@ def in_order(held: Sequence[Held]) -> tuple[Held, ...]:
     held = listed(held, "held")
     for h in held:
         if not isinstance(h, Held):
-            raise SceneError(f"{h!r} in held is no sf.Held")
+            raise SceneError(f"{shortened(h)} in held is no sf.Held")
     names = [h.name for h in held]
     double = next((n for i, n in enumerate(names) if n in names[:i]), None)
     if double:

@@ -69,6 +69,7 @@ def lagrange(
     """
     q, loads = listed(q, "q"), mapped({} if loads is None else loads, "loads", "loads={x: force}")
     u = None if u is None else listed(u, "u")
+    q = tuple(scalar(c, "a coordinate in q") for c in q)
     unknown = [c for c in loads if c not in list(q)]
     if unknown:
         raise SceneError(f"a load acts on {unknown[0]}, which is no coordinate in q")

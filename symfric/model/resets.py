@@ -9,11 +9,13 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.held import Held, crossing_of, time_of
-from symfric.model.symbols import Key, expression, listed, name_of, nearest, refuse_speed
+from symfric.model.symbols import Key, expression, listed, name_of, nearest, refuse_speed, shortened
+from symfric.spelling import spelt
 
 MOST_TIMES = 64  # most times of one reset
 
 
+@spelt
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Reset:
     """A change of states: at known times, such as a kick, or where an expression falls through zero.
@@ -62,7 +64,9 @@ class Reset:
     @alone(SYMBOLIC)
     def __post_init__(self) -> None:
         if not isinstance(self.set, Mapping) or not self.set:
-            raise SceneError(f"set of a reset is {self.set!r}; give states with their values after it, set={{u: 0}}")
+            raise SceneError(
+                f"set of a reset is {shortened(self.set)}; give states with their values after it, set={{u: 0}}"
+            )
         times = tuple(time_of(t, "a time of a reset", 0.0) for t in listed(self.at, "at"))
         if bool(times) + (self.every is not None) + (self.guard is not None) != 1:
             raise SceneError("a reset needs either its times, at=[...], a period, every=T, or an expression, guard=x")
@@ -162,7 +166,7 @@ def check_resets(resets: Sequence[Reset], states: set[str]) -> tuple[Reset, ...]
     resets = listed(resets, "resets")
     for r in resets:
         if not isinstance(r, Reset):
-            raise SceneError(f"{r!r} in resets is no sf.Reset")
+            raise SceneError(f"{shortened(r)} in resets is no sf.Reset")
         unknown = next((n for n in r.targets if n not in states), None)
         if unknown is not None:
             raise SceneError(f"a reset sets {unknown}, which is no state{nearest(unknown, states)}")

@@ -23,6 +23,7 @@ from symfric.model.system import Contact, Signal, System
 from symfric.model.units import Units, check_outputs, units_of
 from symfric.model.validation import check_contacts, check_continuous, check_start, check_times
 from symfric.model.written_equations import equations_of, latex_of
+from symfric.spelling import spelt
 
 if TYPE_CHECKING:
     from symfric.report.study.study import Study
@@ -132,11 +133,11 @@ class Scene:
     ):
         """Check and normalise the arguments: keys become the symbols of the expressions, numbers become floats."""
         if not isinstance(system, System):
-            raise SceneError(f"system is {system!r}; give a sf.System")
+            raise SceneError(f"system is {shortened(system)}; give a sf.System")
         self._set("contacts", listed(contacts, "contacts"))
         for c in self.contacts:
             if not isinstance(c, Contact):
-                raise SceneError(f"{c!r} in contacts is no sf.Contact")
+                raise SceneError(f"{shortened(c)} in contacts is no sf.Contact")
         check_contacts(without_states(system), self.contacts)
         texts = dict(by_name(units, "units"))
         for given, what in ((values, "values"), (initial, "initial"), (inputs, "inputs")):
@@ -266,6 +267,7 @@ class Scene:
                 return s
         raise SceneError(f"{name} is no parameter of the scene{nearest(name, [s.name for s in self.values])}")
 
+    @spelt
     def where(self, values: Mapping[Key, float]) -> "Scene":
         """Return the scene with other numbers for some of its parameters.
 
@@ -280,6 +282,7 @@ class Scene:
         changed = {self.parameter(k): v for k, v in self._plain(values).items()}
         return replace(self, values={**self.values, **changed})
 
+    @spelt
     def starting(self, initial: Mapping[Key, float | sp.Expr]) -> "Scene":
         """Return the scene with other initial values of some of its states.
 
@@ -295,6 +298,7 @@ class Scene:
         start = by_name(self.initial, "initial") | by_name(self._plain(initial), "initial")
         return replace(self, initial=start, values=self._used_values(self._parts, start))
 
+    @spelt
     def until(self, horizon: float, outputs: Mapping[str, Output] | None = None) -> "Scene":
         """Return the scene with another horizon.
 
@@ -326,6 +330,7 @@ class Scene:
                 )
         return without_units(given, dict(self.units))
 
+    @spelt
     def wanting(self, outputs: Mapping[str, Output]) -> "Scene":
         """Return the scene with other outputs.
 

@@ -1,9 +1,8 @@
 """Reserved symbols, and checks of names and numbers."""
 
-import difflib
 import math
 import numbers
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -12,6 +11,7 @@ from sympy.core.function import AppliedUndef
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.spelling import nearest as nearest
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 #: Time ``t``, reserved for it in forces, normal loads and outputs: ``force=[-x + sp.cos(3 * sf.TIME)]``. The symbol of
@@ -24,31 +24,19 @@ SPEED = sp.Symbol("v", positive=True)
 Key: TypeAlias = sp.Symbol | str
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the hint '; did you mean ...?' for a misspelled name, or the list of known names."""
-    known = sorted(set(known))
-    name = str(name)
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.6)
-    longer = [k for k in known if name and k.startswith(name)]  # tol for tolerance
-    close = close or longer if len(longer) < 2 else close
-    if close:
-        return f"; did you mean {close[0]}?"
-    if not known:
-        return "; there are none"
-    return "; known: " + ", ".join(known[:12]) + (", ..." if len(known) > 12 else "")
-
-
 def name_of(key: Key) -> str:
     """Return the name a symbol or string stands for."""
     if isinstance(key, str):
         return key
     if isinstance(key, sp.Symbol):
         return str(key.name)
-    raise SceneError(f"{key!r} is no name; use a symbol or its name as a string")
+    raise SceneError(f"{shortened(key)} is no name; use a symbol or its name as a string")
 
 
 def legible(name: str, what: str) -> str:
     """Return a name that can stand in a line of text and in XML; raise on control characters and the like."""
+    if not isinstance(name, str):
+        raise SceneError(f"the name of {what} is {shortened(name)}; give a text")
     odd = next((c for c in name if not c.isprintable()), None)
     if odd is not None or not name.strip():
         fault = "is empty" if odd is None else f"holds the character U+{ord(odd):04X}, which cannot be shown"
@@ -62,14 +50,14 @@ def finite(value: Any, what: str, name: str = "") -> float:
         return float(value)
     what += name
     if isinstance(value, bool | str):
-        raise SceneError(f"{what} is {value!r}, not a number; give a plain number")
+        raise SceneError(f"{what} is {shortened(value)}, not a number; give a plain number")
     if isinstance(value, sp.Expr):
         if not value.is_number:
             raise SceneError(f"{what} is the expression {value}, not a number")
         if value.is_extended_real is False:
             raise SceneError(f"{what} is {value}; it must be real")
     elif not isinstance(value, numbers.Real):
-        raise SceneError(f"{what} is {value!r}, not a number; give a plain number")
+        raise SceneError(f"{what} is {shortened(value)}, not a number; give a plain number")
     try:
         result = float(value)
     except TypeError:
@@ -139,15 +127,15 @@ def expression(value: Any, what: str) -> sp.Expr:
 def scalar(value: Any, what: str) -> sp.Expr:
     """Return `value` as a SymPy expression, which may contain functions of time and their derivatives."""
     if isinstance(value, str):
-        raise SceneError(f"{what} is the string {value!r}; give a SymPy expression, or use a scene file")
+        raise SceneError(f"{what} is the string {shortened(value)}; give a SymPy expression, or use a scene file")
     try:
         result = sp.sympify(value, strict=True)
     except sp.SympifyError:
-        raise SceneError(f"{what} is {value!r}, not a SymPy expression") from None
+        raise SceneError(f"{what} is {shortened(value)}, not a SymPy expression") from None
     if getattr(result, "is_Matrix", False):
         raise SceneError(f"{what} is a matrix, not a scalar expression")
     if not isinstance(result, sp.Expr):
-        raise SceneError(f"{what} is {value!r}, not a scalar expression")
+        raise SceneError(f"{what} is {shortened(value)}, not a scalar expression")
     if result.has(sp.nan, sp.zoo, sp.oo, -sp.oo):
         raise SceneError(f"{what} is {result}; it must be finite")
     return result

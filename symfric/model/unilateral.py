@@ -9,11 +9,13 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law
 from symfric.model.steps import with_steps
 from symfric.model.symbols import expression, refuse_speed
+from symfric.spelling import spelt
 
 # law of a contact that has no friction, because it has no slip
 FRICTIONLESS = Law(sp.S.Zero, sp.S.Zero, source="definition")
 
 
+@spelt
 @dataclass(frozen=True)
 class Unilateral:
     """The normal direction of a contact that opens and closes: ``0 <= gap``, ``0 <= normal force``, one of them zero.

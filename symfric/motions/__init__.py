@@ -6,15 +6,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.model.arguments import is_one_of, items
 from symfric.model.numeric import Floats
 from symfric.model.public_names import names_of
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, shortened
 from symfric.motions.motion import Motion
 from symfric.motions.random_forcing import random_forcing
 from symfric.motions.record_files import read_at2, read_text
 from symfric.motions.spectrum import Spectrum
 from symfric.motions.synthetic import Misfit, eurocode8, misfit, sine_burst, synthetic
 from symfric.motions.units import factor_of
+from symfric.spelling import spelt
 
 __all__ = [
     "Misfit",
@@ -32,6 +34,7 @@ __all__ = [
 ]
 
 
+@spelt
 def mean_spectrum(motions: Sequence[Motion], periods: Floats, damping: float = 0.05) -> Spectrum:
     """Return the arithmetic mean of the motions' spectra; its acceleration at period 0 is the mean of their PGAs.
 
@@ -70,6 +73,7 @@ def mean_spectrum(motions: Sequence[Motion], periods: Floats, damping: float = 0
     )
 
 
+@spelt
 def scaled_set(
     motions: Sequence[Motion], pga: float, unit: str = "m/s^2", *, by: str = "mean spectrum"
 ) -> tuple[Motion, ...]:
@@ -106,10 +110,10 @@ def scaled_set(
     target = finite(pga, "pga") * factor_of(unit, "the unit of pga")
     if target <= 0:
         raise SceneError(f"pga is {pga}; it must be positive")
-    if by == "record":
+    if is_one_of(by, ("record",)):
         return tuple(m.scaled(target) for m in motions)
-    if by != "mean spectrum":
-        raise SceneError(f"by is {by!r}; scale by 'mean spectrum' or by 'record'")
+    if not is_one_of(by, ("mean spectrum",)):
+        raise SceneError(f"by is {shortened(by)}; scale by 'mean spectrum' or by 'record'")
     mean = float(np.mean([m.pga for m in motions]))
     if mean == 0:
         raise SceneError("every motion of the set is zero; it cannot be scaled")
@@ -117,9 +121,10 @@ def scaled_set(
 
 
 def _set(motions: Sequence[Motion]) -> tuple[Motion, ...]:
-    if isinstance(motions, Motion) or not all(isinstance(m, Motion) for m in motions) or not len(motions):
+    found = () if isinstance(motions, Motion) else tuple(items(motions, "motions"))
+    if not found or not all(isinstance(m, Motion) for m in found):
         raise SceneError("a set of motions is a list of sf.motions.Motion, at least one")
-    return tuple(motions)
+    return found
 
 
 if not TYPE_CHECKING:

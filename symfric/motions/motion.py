@@ -13,6 +13,7 @@ from symfric.model.results import Drawable, Result
 from symfric.model.symbols import finite
 from symfric.model.system import Signal
 from symfric.motions.units import G, factor_of
+from symfric.spelling import spelt
 
 if TYPE_CHECKING:
     from symfric.motions.spectrum import Spectrum
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
 _WHOLE = 1e-9  # distance from a sample, relative to the step, within which a time is that of the sample
 
 
+@spelt
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion(Result, Drawable):
     """Acceleration of the ground, linear between its samples.

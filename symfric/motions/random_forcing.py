@@ -5,14 +5,17 @@ import math
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.model.arguments import whole
 from symfric.model.symbols import finite, pair
 from symfric.model.system import Signal
+from symfric.spelling import spelt
 
 _LONGER = 2  # period of the sum of waves in durations, so that the end knows nothing of the start
 _POINTS = 10  # samples in the shortest period
 MOST = 20_000_000  # samples of all signals
 
 
+@spelt
 def random_forcing(
     duration: float,
     band: tuple[float, float],
@@ -72,8 +75,7 @@ def random_forcing(
         )
     if not 0 <= low < high:
         raise SceneError(f"the band is ({low:g}, {high:g}) Hz; the first must be smaller, and not negative")
-    if isinstance(number, bool) or not isinstance(number, int | np.integer) or number < 1:
-        raise SceneError(f"number is {number!r}; give how many signals, at least 1")
+    number = whole(number, "number")
     dt = 1 / (_POINTS * high) if dt is None else finite(dt, "dt")
     if not 0 < dt <= 0.25 / high:
         raise SceneError(f"dt is {dt:g}; the shortest period, {1 / high:g}, needs at least four samples")
@@ -85,7 +87,7 @@ def random_forcing(
     if not waves.size:
         raise SceneError(f"the band ({low:g}, {high:g}) Hz is narrower than one over twice the duration; lengthen it")
     signals = []
-    for own in np.random.SeedSequence(seed).spawn(int(number)):
+    for own in np.random.SeedSequence(whole(seed, "seed", 0)).spawn(number):
         rng = np.random.default_rng(own)
         lines = np.zeros(n // 2 + 1, dtype=complex)
         parts = rng.standard_normal((2, waves.size)) * rms / math.sqrt(waves.size)

@@ -8,10 +8,11 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.files import read_regular
-from symfric.model.symbols import finite, nearest
+from symfric.model.symbols import finite, nearest, shortened
 from symfric.motions.fortran_numbers import parse_numbers
 from symfric.motions.motion import Motion
 from symfric.motions.units import KNOWN, factor_of, is_acceleration
+from symfric.spelling import spelt
 
 MAX_BYTES = 50_000_000
 HEADER_LINES = 40  # number of first lines that must contain NPTS and DT
@@ -41,7 +42,7 @@ def read_lines(path: str | Path) -> Lines:
         If it is missing, a folder, empty, too large, or not text.
     """
     if not isinstance(path, str | Path):
-        raise SceneError(f"path is {path!r}; give the path of a file")
+        raise SceneError(f"path is {shortened(path)}; give the path of a file")
     path = Path(path)
     name = str(path)
     try:
@@ -71,6 +72,7 @@ def read_lines(path: str | Path) -> Lines:
     return Lines(name, re.split(r"\r*\n|\r", text))
 
 
+@spelt
 def read_at2(path: str | Path, *, dt: float | None = None, unit: str | None = None) -> Motion:
     r"""Read a record in the PEER format AT2.
 
@@ -194,6 +196,7 @@ def _at2_unit(name: str, header: list[str], given: str | None) -> str:
     return given
 
 
+@spelt
 def read_text(
     path: str | Path, *, dt: float | None = None, unit: str | None = None, column: int | str | None = None
 ) -> Motion:
@@ -266,7 +269,7 @@ def _column_of(name: str, rows: list[str], column: int | str, count: int, dt: fl
     if isinstance(column, str):
         if column not in names:
             known = f"known: {', '.join(names)}" if names else "its first line has no names: count from 1, column=2"
-            raise SceneError(f"{name}: no column {column!r}; {known}")
+            raise SceneError(f"{name}: no column {shortened(column)}; {known}")
         place = names.index(column)
     else:
         place = int(finite(column, "column")) - 1

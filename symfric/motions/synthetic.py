@@ -6,12 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.model.arguments import instance, is_one_of, whole
 from symfric.model.numeric import Floats
 from symfric.model.results import Result
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, numbers_of, positive, shortened
 from symfric.motions.motion import Motion
 from symfric.motions.spectrum import filtered, read_periods, spectrum
 from symfric.motions.units import factor_of
+from symfric.spelling import spelt
 
 _COARSE = 10  # points per period in the iteration; the final spectrum is exact
 _LONGER = 4  # period of the noise in durations, for a finer frequency step
@@ -25,6 +27,7 @@ _GROUNDS = {  # T_B, T_C, T_D of EN 1998-1 table 3.2, spectrum of type 1; its so
 }
 
 
+@spelt
 def sine_burst(
     pga: float, frequency: float, cycles: int = 10, *, ramp: int = 2, dt: float | None = None, unit: str = "m/s^2"
 ) -> Motion:
@@ -64,8 +67,8 @@ def sine_burst(
     frequency = finite(frequency, "frequency")
     if amplitude <= 0 or frequency <= 0:
         raise SceneError(f"a burst of pga {pga} at {frequency} Hz; both must be positive")
-    if int(cycles) != cycles or int(ramp) != ramp or not 0 <= 2 * ramp <= cycles or cycles < 1:
-        raise SceneError(f"{cycles} cycles with ramps of {ramp}; both are whole, and the ramps fit into the cycles")
+    if 2 * whole(ramp, "ramp", 0) > whole(cycles, "cycles"):
+        raise SceneError(f"{cycles} cycles with ramps of {ramp}; the ramps must fit into the cycles")
     dt = 1 / (200 * frequency) if dt is None else finite(dt, "dt")
     if not 0 < dt <= 0.25 / frequency:
         raise SceneError(f"dt is {dt:g}; a period of {1 / frequency:g} s needs at least four samples")
@@ -79,6 +82,7 @@ def sine_burst(
     return Motion(samples, dt, "m/s^2", "sine burst", f"{cycles} cycles at {frequency:g} Hz, ramps of {ramp}")
 
 
+@spelt
 def eurocode8(periods: Floats, ground: str = "B") -> np.ndarray:
     """Return the elastic spectrum of EN 1998-1, type 1, 5 % damping, over its acceleration at period 0.
 
@@ -108,8 +112,8 @@ def eurocode8(periods: Floats, ground: str = "B") -> np.ndarray:
     >>> (sf.motions.eurocode8([0.0, 0.5, 2.0], "B")).round(6)
     array([1.   , 2.5  , 0.625])
     """
-    if ground not in _GROUNDS:
-        raise SceneError(f"ground is {ground!r}; it is one of {', '.join(_GROUNDS)}")
+    if not is_one_of(ground, _GROUNDS):
+        raise SceneError(f"ground is {shortened(ground)}; it is one of {', '.join(_GROUNDS)}")
     T_B, T_C, T_D = _GROUNDS[ground]
     T = read_periods(periods)
     safe = np.maximum(T, 1e-12)
@@ -144,6 +148,7 @@ class Misfit(Result):
     worst_period: float
 
 
+@spelt
 def misfit(motion: Motion, periods: Floats, values: Floats, damping: float = 0.05) -> Misfit:
     """Compare a motion's pseudo-acceleration with a target of positive `values`, m/s^2.
 
@@ -170,11 +175,12 @@ def misfit(motion: Motion, periods: Floats, values: Floats, damping: float = 0.0
     0.0
     """
     at, target = _target(periods, values)
-    off = np.abs(spectrum(motion, at, damping).pseudo_acceleration / target - 1)
+    off = np.abs(spectrum(instance(motion, Motion, "motion"), at, damping).pseudo_acceleration / target - 1)
     worst = int(np.argmax(off))
     return Misfit(float(off[worst]), float(off.mean()), float(at[worst]))
 
 
+@spelt
 def synthetic(
     periods: Floats | None = None,
     values: Floats | None = None,
@@ -240,8 +246,8 @@ def synthetic(
     at, target = _target(periods, values)
     dt, duration = finite(dt, "dt"), finite(duration, "duration")
     _check_synthesis(at, dt, duration, rise, decay, iterations)
-    if not isinstance(seed, int) or isinstance(seed, bool) or seed < 0:
-        raise SceneError(f"seed is {seed!r}; give a whole number that is not negative")
+    damping = positive(damping, "damping", zero=True)
+    whole(seed, "seed", 0)
     n = round(duration / dt) + 1
     best = _synthesis(at, scale * target, seed, damping, n, dt, (rise, decay), iterations)
     motion = Motion(best, dt, name=f"synthetic {seed}")
@@ -255,7 +261,7 @@ def _nearness(off: Misfit, periods: np.ndarray) -> str:
 
 def _target(periods: Floats, values: Floats) -> tuple[np.ndarray, np.ndarray]:
     """Return a target as two arrays of positive numbers."""
-    at, target = read_periods(periods), np.atleast_1d(np.array(values, dtype=float))
+    at, target = read_periods(periods), np.atleast_1d(numbers_of(values, "values"))
     if target.shape != at.shape:
         raise SceneError(f"a target has {at.size} periods and {target.size} values; give as many of each")
     if at[0] <= 0 or np.any(np.diff(at) <= 0) or not np.all((target > 0) & np.isfinite(target)):
@@ -272,8 +278,9 @@ def _check_synthesis(
         raise SceneError(f"dt is {dt:g}; the shortest period {periods[0]:g} s needs at least four samples")
     if duration / dt > 1e6:
         raise SceneError(f"{duration / dt:.0f} samples; at most a million are made")
-    if rise < 0 or decay < 0 or rise + decay > 1 or iterations < 1:
-        raise SceneError("rise and decay are parts of the duration, together at most 1, and iterations is positive")
+    if positive(rise, "rise", zero=True) + positive(decay, "decay", zero=True) > 1:
+        raise SceneError("rise and decay are parts of the duration, together at most 1")
+    whole(iterations, "iterations")
 
 
 def _synthesis(

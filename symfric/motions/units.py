@@ -6,6 +6,7 @@ from fractions import Fraction
 
 from symfric.errors import SceneError
 from symfric.model.dimensions import short_factor
+from symfric.model.symbols import shortened
 from symfric.model.unit_texts import read_unit
 
 G = 9.81  # m/s^2
@@ -57,7 +58,7 @@ def factor_of(unit: str, where: str, quoted: bool = True) -> float:
         If it is no unit of acceleration.
     """
     if not isinstance(unit, str):
-        raise SceneError(f"{where} is {unit!r}; give the unit of the samples, {KNOWN}")
+        raise SceneError(f"{where} is {shortened(unit)}; give the unit of the samples, {KNOWN}")
     kind, factor = _read(unit)
     if kind == _KINDS[-2]:
         return factor

@@ -24,7 +24,7 @@ from symfric.orbits.passages import Passage, runs_of
 from symfric.orbits.stiff_runs import StiffRuns
 from symfric.solve.integrators.stiffness import pays
 from symfric.solve.lowered import LoweredScene
-from symfric.solve.program import Numbers
+from symfric.solve.program import Numbers, check_tolerance
 from symfric.solve.protocol import Program
 from symfric.solve.routes import prepare
 from symfric.solve.run import Run
@@ -235,6 +235,7 @@ def flow_of(scene: Scene, parameters: Sequence[str] = (), tolerance: float = 1e-
 
     A cached one may hold the numbers of another scene: give all values to `Flow.run`.
     """
+    tolerance = check_tolerance(tolerance)
     dropped = frozenset(s.name for s in vanishing(scene, frozenset(parameters)))
     integrals = any(c.law.kinetic.has(sp.Integral) for c in scene.contacts)
     key = scene.system, scene.contacts, scene.held, scene.resets, dropped, tuple(parameters), tolerance, is_stiff(scene)

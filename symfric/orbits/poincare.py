@@ -11,12 +11,13 @@ from symfric.axes import Axes
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.long_calls import logged
+from symfric.model.arguments import is_one_of
 from symfric.model.excitation import periodic
 from symfric.model.numeric import numeric_function
 from symfric.model.outputs import Trajectory, slip
 from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene
-from symfric.model.symbols import TIME, expression, finite, name_of, nearest
+from symfric.model.symbols import TIME, expression, finite, name_of, nearest, shortened
 from symfric.model.units import attributes_of
 from symfric.orbits.crossings import crossings
 from symfric.orbits.sizes import over_time
@@ -142,8 +143,8 @@ def cut_of(
 ) -> Cut:
     """Check the arguments of `poincare` and return its section; `varied` are parameters that will not stay zero."""
     level, phase = finite(level, "level"), finite(phase, "phase")
-    if direction not in (-1, 0, 1):
-        raise SceneError(f"direction is {direction!r}; give 1 (rising), -1 (falling) or 0 (both)")
+    if not is_one_of(direction, (-1, 0, 1)):
+        raise SceneError(f"direction is {shortened(direction)}; give 1 (rising), -1 (falling) or 0 (both)")
     if section is None:
         excitation = periodic(scene, varied)
         if excitation is None:
@@ -164,7 +165,7 @@ def _read(scene: Scene, section: sp.Expr | str) -> sp.Expr:
     states = {s.name: s for s in scene.system.states}
     if isinstance(section, str):
         if section not in states:
-            raise SceneError(f"the section {section!r} is no state{nearest(section, states)}")
+            raise SceneError(f"the section {shortened(section)} is no state{nearest(section, states)}")
         return states[section]
     section = expression(section, "the section")
     section = section.xreplace({slip(c.name): c.slip for c in scene.contacts})
@@ -233,7 +234,7 @@ def poincare(
     2
     """
     if not isinstance(motion, Run | Scene):
-        raise SceneError(f"{motion!r} is neither a run nor an sf.Scene")
+        raise SceneError(f"{shortened(motion)} is neither a run nor an sf.Scene")
     cut = cut_of(motion.scene if isinstance(motion, Run) else motion, section, level, direction, phase)
     after = finite(after, "after")
     if isinstance(motion, Run):

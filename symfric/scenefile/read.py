@@ -14,6 +14,7 @@ import numpy as np
 from symfric.errors import SceneError
 from symfric.files import read_regular
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.arguments import path_of
 from symfric.model.belts import belt_speeds
 from symfric.model.scene import Scene
 from symfric.model.symbols import nearest, shorten
@@ -25,6 +26,7 @@ from symfric.scenefile.motions import read_motion
 from symfric.scenefile.schema import Sweep, read_document
 from symfric.scenefile.structure import StructurePlan, plan_of
 from symfric.scenefile.units import Units, units_in_file
+from symfric.spelling import spelt
 
 if TYPE_CHECKING:
     from symfric.design.plan import DesignPlan
@@ -126,9 +128,11 @@ def read_scene_file(path: str | Path) -> SceneFile:
     SceneError
         If it cannot be read, is not TOML, or does not describe a scene; one line, naming file, place and cure.
     """
-    return _named(str(path), lambda: _text_of(Path(path)), Path(path).parent)
+    place = path_of(path)
+    return _named(str(path), lambda: _text_of(place), place.parent)
 
 
+@spelt
 def read(path: str | Path) -> Scene:
     """Read the scene of a scene file, to go on with it in Python.
 

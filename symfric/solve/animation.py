@@ -75,6 +75,8 @@ def animate_run(
 
     animation = FuncAnimation(figure, show, frames=frames, interval=1000.0 / frames_per_second, blit=False)
     if path is not None:
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")  # the same for every frame; else each of them computes it three times
         writer = PillowWriter if Path(path).suffix.lower() == ".gif" else FFMpegWriter
         animation.save(Path(path), writer=writer(frames_per_second))
         plt.close(figure)

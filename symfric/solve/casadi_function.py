@@ -11,9 +11,10 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.long_calls import logged
+from symfric.model.arguments import is_one_of
 from symfric.model.outputs import End
 from symfric.model.scene import Scene, check_scene
-from symfric.model.symbols import Key, name_of, nearest
+from symfric.model.symbols import Key, name_of, nearest, shortened
 from symfric.solve.routes import prepare
 from symfric.solve.run import Run
 from symfric.solve.status import Status
@@ -169,13 +170,13 @@ def as_function(scene: Scene, inputs: Sequence[Key], outputs: Sequence[str], tol
     check_scene(scene)
     for what, given in (("inputs", inputs), ("outputs", outputs)):
         if isinstance(given, str | sp.Symbol) or not isinstance(given, Iterable):
-            raise SceneError(f"{what} is {given!r}; give a list of names, {what}=[{str(given)!r}]")
-    names = tuple(name_of(n) for n in inputs)
+            raise SceneError(f"{what} is {shortened(given)}; give a list of names, {what}=[{str(given)!r}]")
+    names, outputs = tuple(name_of(n) for n in inputs), tuple(outputs)
     if not names or not outputs:
         raise SceneError("as_function needs at least one input and one output")
     for name in outputs:
-        if name not in scene.outputs:
-            raise SceneError(f"{name!r} is no output of the scene{nearest(name, scene.outputs)}")
+        if not is_one_of(name, scene.outputs):
+            raise SceneError(f"{shortened(name)} is no output of the scene{nearest(str(name), scene.outputs)}")
         if scene.outputs[name].size(len(scene.system.states)) is None:
             kind = type(scene.outputs[name]).__name__
             raise SceneError(f"output {name!r} is of type {kind}; only End and scalar outputs can be functions")

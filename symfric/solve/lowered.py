@@ -9,10 +9,11 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.lower.automaton import Automaton, automaton_of
 from symfric.lower.contact_dynamics import ContactDynamics
+from symfric.model.arguments import is_one_of, items
 from symfric.model.constant_parameters import constants
 from symfric.model.outputs import Output
 from symfric.model.scene import Scene
-from symfric.model.symbols import Key, name_of, nearest
+from symfric.model.symbols import Key, name_of, nearest, shortened
 from symfric.solve.observables import Observables
 from symfric.solve.observed import observables_of
 
@@ -105,15 +106,13 @@ def directions_of(scene: Scene, names: Sequence[Key], order: int) -> tuple[str, 
     SceneError
         If a name is neither a parameter nor a state, or occurs twice, or the order is neither 1 nor 2.
     """
-    if isinstance(names, str):
-        raise SceneError(f"sensitivities is {names!r}; give a sequence of names, such as [{names!r}]")
-    directions = tuple(name_of(n) for n in names)
+    directions = tuple(name_of(n) for n in items(names, "sensitivities"))
     known = [*(s.name for s in scene.parameters), *(s.name for s in scene.system.states)]
     for name in directions:
         if name not in known:
             raise SceneError(f"{name} is neither a parameter nor a state{nearest(name, known)}")
         if directions.count(name) > 1:
             raise SceneError(f"{name} occurs twice in sensitivities")
-    if directions and order not in (1, 2):
-        raise SceneError(f"order is {order!r}; derivatives are of order 1 or 2")
+    if not is_one_of(order, (1, 2)):
+        raise SceneError(f"order is {shortened(order)}; derivatives are of order 1 or 2")
     return directions

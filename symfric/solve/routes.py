@@ -7,6 +7,7 @@ from typing import Literal, TypeAlias
 from symfric.errors import NoRoute, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.long_calls import logged
+from symfric.model.arguments import is_one_of
 from symfric.model.results import Result
 from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, nearest
@@ -199,7 +200,7 @@ def prepare(
 def _settings(route: str | Settings) -> Settings:
     if isinstance(route, Settings):
         return route
-    if route in ROUTES:
+    if is_one_of(route, ROUTES):
         return ROUTES[route]
     raise SceneError(f"no route {route!r}{nearest(str(route), ROUTES)}")
 

@@ -19,6 +19,7 @@ from symfric.model.units import attributes_of, output_unit, with_unit
 from symfric.solve.path import Path
 from symfric.solve.sensitivities import Derivatives
 from symfric.solve.status import ADVICE, Status, early_end
+from symfric.spelling import spelt
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -405,6 +406,7 @@ class Run(ArrayResult):
         scalars = {k: v for k, v in self.outputs.items() if isinstance(v, float)}
         return {**told, "final": final, "outputs": scalars, "stats": dict(self.stats)}
 
+    @spelt
     def plot(self, ax: Any = None, units: Mapping[str, str] | None = None) -> Any:
         """Draw the coordinates against time; return the Axes.
 
@@ -423,6 +425,7 @@ class Run(ArrayResult):
 
         return plot_run(self, ax, self.base.units if units is None else units)
 
+    @spelt
     def animate(
         self,
         path: "str | PathLike[str] | None" = None,

@@ -7,7 +7,8 @@ import scipy.sparse as sps
 
 from symfric.errors import SceneError
 from symfric.model.laws import Law
-from symfric.model.symbols import positive
+from symfric.model.symbols import finite, positive
+from symfric.spelling import spelt
 from symfric.structures.checks import positive_count
 from symfric.structures.contacts import RowContact, RowLoad
 from symfric.structures.structure import Structure
@@ -71,6 +72,7 @@ class Brake:
         return f"Brake({self.structure.n} degrees of freedom, {len(self.slips)} pairs of nodes in contact)"
 
 
+@spelt
 def disc_and_pad(
     columns: int = 40,
     *,
@@ -165,6 +167,7 @@ def disc_and_pad(
     where = [(c + (begin if part == "p" else 0), r + (2 if part == "p" else 0)) for part, c, r in node]
     stiff = sps.csr_array(K)
     M = sps.diags_array(mass)
+    damping = finite(damping, "damping")
     structure = Structure(M, stiff, damping * stiff if damping else None, F, names)
     apart = Structure(M, free, damping * stiff if damping else None, None, names)
     return Brake(structure, apart, slips, loads, np.repeat(np.array(where, dtype=float), 2, axis=0))

@@ -7,7 +7,8 @@ import numpy as np
 import scipy.sparse as sps
 
 from symfric.errors import SceneError
-from symfric.model.symbols import legible, nearest
+from symfric.model.arguments import items
+from symfric.model.symbols import legible, nearest, shortened
 from symfric.structures.factors import indefinite_at
 
 _SYMMETRIC = 1e-8  # of the largest entry: what a file with few digits leaves of symmetry
@@ -91,7 +92,7 @@ def names_of(names: Sequence[str] | None, n: int) -> tuple[str, ...]:
     """Return the names of the degrees of freedom, ``q1, q2, ...`` unless given."""
     if names is None:
         return tuple(f"q{i + 1}" for i in range(n))
-    labels = tuple(names) if not isinstance(names, str) else (names,)
+    labels = tuple(items(names, "names")) if not isinstance(names, str) else (names,)
     if len(labels) != n:
         raise SceneError(f"{len(labels)} names for {n} degrees of freedom; give one for each row of M")
     for name in labels:
@@ -111,10 +112,10 @@ def index_of(key: int | str, names: Sequence[str]) -> int:
     """Return the row of a degree of freedom given by its number, counted from 0, or its name."""
     if isinstance(key, str):
         if key not in names:
-            raise SceneError(f"no degree of freedom {key!r}{nearest(key, names)}")
+            raise SceneError(f"no degree of freedom {shortened(key)}{nearest(key, names)}")
         return names.index(key)
     if isinstance(key, bool) or not isinstance(key, int | np.integer):
-        raise SceneError(f"{key!r} is no degree of freedom; give its name or its number, counted from 0")
+        raise SceneError(f"{shortened(key)} is no degree of freedom; give its name or its number, counted from 0")
     if not 0 <= key < len(names):
         raise SceneError(f"no degree of freedom {int(key)}; there are {len(names)}, counted from 0")
     return int(key)
@@ -150,5 +151,5 @@ def row_of(value: Any, n: int, what: str) -> np.ndarray:
 def positive_count(count: int, most: int, what: str, least: int = 1) -> int:
     """Return a number of modes that can be asked for."""
     if isinstance(count, bool) or not isinstance(count, int | np.integer) or not least <= count <= most:
-        raise SceneError(f"{what} is {count!r}; give a whole number from {least} to {most}")
+        raise SceneError(f"{what} is {shortened(count)}; give a whole number from {least} to {most}")
     return int(count)

@@ -9,6 +9,8 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.files import open_regular, read_regular
+from symfric.model.arguments import instance, path_of
+from symfric.spelling import spelt
 from symfric.structures.archives import MAX_FILE, content, entry_called, opened, reported
 from symfric.structures.matrix_market import market
 from symfric.structures.stored_arrays import read_arrays
@@ -19,6 +21,7 @@ _ENDINGS = (".mtx", ".mtx.gz")
 _LABELS = "names.txt"
 
 
+@spelt
 def read(path: str | os.PathLike[str]) -> Structure:
     """Read a structure from a file or a folder.
 
@@ -49,7 +52,7 @@ def read(path: str | os.PathLike[str]) -> Structure:
     ...     sf.structures.read(folder + "/two.npz").n
     2
     """
-    place = Path(path)
+    place = path_of(path)
     if place.is_dir():
         parts = _folder(place)
     elif not place.exists():
@@ -67,6 +70,7 @@ def read(path: str | os.PathLike[str]) -> Structure:
     return Structure(**parts)
 
 
+@spelt
 def write(structure: Structure, path: str | os.PathLike[str]) -> None:
     """Write a structure as .npz, which `read` takes.
 
@@ -83,13 +87,14 @@ def write(structure: Structure, path: str | os.PathLike[str]) -> None:
     >>> sf.structures.read("chain.npz").n
     20
     """
+    instance(structure, Structure, "structure")
     entries: dict[str, Any] = {"names": np.array(structure.names)}
     for name in _NAMES:
         part = getattr(structure, name)
         if part is not None:
             entries |= {f"{name}_{what}": getattr(part, what) for what in ("data", "indices", "indptr")}
             entries[f"{name}_shape"] = np.array(part.shape)
-    np.savez_compressed(path, **entries)
+    np.savez_compressed(path_of(path), **entries)
 
 
 def _is_zip(place: Path) -> bool:

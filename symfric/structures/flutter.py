@@ -14,7 +14,7 @@ from symfric.axes import Axes
 from symfric.errors import SceneError
 from symfric.long_calls import logged
 from symfric.model.results import Drawable, Result, plain
-from symfric.model.symbols import finite, pair
+from symfric.model.symbols import finite, pair, shortened
 from symfric.structures.complex_modes import eigenpairs, shift_of
 from symfric.structures.crossings import Crossing, crossings
 from symfric.structures.divergence import Divergence, divergences
@@ -147,16 +147,16 @@ def flutter(
     2.0857864376
     """
     if not isinstance(structure, Structure):
-        raise SceneError(f"{structure!r} is no sf.structures.Structure")
+        raise SceneError(f"{shortened(structure)} is no sf.structures.Structure")
     if structure.friction is None:
         raise SceneError("the structure has no friction matrix; give it as `friction`, or flutter has nothing to vary")
     low, high = (finite(e, "an end of the range of mu") for e in pair(mu, "mu"))
     if not low < high:
         raise SceneError(f"the range of mu is ({low:g}, {high:g}); give the lower end first")
     if isinstance(grid, bool) or not isinstance(grid, int) or grid < 2:
-        raise SceneError(f"grid is {grid!r}; give a whole number from 2")
+        raise SceneError(f"grid is {shortened(grid)}; give a whole number from 2")
     if isinstance(count, bool) or not isinstance(count, int) or count < 1:
-        raise SceneError(f"count is {count!r}; give a whole number from 1")
+        raise SceneError(f"count is {shortened(count)}; give a whole number from 1")
     modes, point = min(count, structure.n), shift_of(near)
     static = divergences(structure, low, high)
     whole = structure.n <= _WHOLE

@@ -6,13 +6,16 @@ import numpy as np
 import scipy.sparse as sps
 
 from symfric.errors import SceneError
-from symfric.model.symbols import positive
+from symfric.model.arguments import is_one_of
+from symfric.model.symbols import finite, positive, shortened
+from symfric.spelling import spelt
 from symfric.structures.checks import positive_count
 from symfric.structures.structure import Structure
 
 End = Literal["free", "pinned", "clamped"]
 
 
+@spelt
 def beam(
     elements: int,
     *,
@@ -63,6 +66,7 @@ def beam(
     """
     count = positive_count(elements, 100_000, "the number of elements")
     length, EI, rhoA = (positive(v, n) for v, n in ((length, "length"), (EI, "EI"), (rhoA, "rhoA")))
+    damping = finite(damping, "damping")
     h, n = length / count, 2 * (count + 1)
     bend = EI / h**3 * _hermite([12, 6, -12, 6], [4, -6, 2], [12, -6], [4], h)
     mass = rhoA * h / 420 * _hermite([156, 22, 54, -13], [4, 13, -3], [156, -22], [4], h)
@@ -70,8 +74,8 @@ def beam(
     K, M, G = (_assembled(e, count, n) for e in (bend, mass, slope))
     F = None
     if load is not None:
-        if load not in ("follower", "axial"):
-            raise SceneError(f"load is {load!r}; use 'follower', 'axial' or None")
+        if not is_one_of(load, ("follower", "axial")):
+            raise SceneError(f"load is {shortened(load)}; use 'follower', 'axial' or None")
         F = sps.lil_array(-G)
         if load == "follower":
             F[n - 2, n - 1] += 1.0
@@ -86,8 +90,8 @@ def beam(
 
 def _held(end: str, first: int) -> list[int]:
     held = {"free": [], "pinned": [first], "clamped": [first, first + 1]}
-    if end not in held:
-        raise SceneError(f"the end of the beam is {end!r}; use 'free', 'pinned' or 'clamped'")
+    if not is_one_of(end, held):
+        raise SceneError(f"the end of the beam is {shortened(end)}; use 'free', 'pinned' or 'clamped'")
     return held[end]
 
 
@@ -108,6 +112,7 @@ def _assembled(element: np.ndarray, count: int, n: int) -> sps.csr_array:
     return sps.csr_array(sps.coo_array((data.ravel(), (rows.ravel(), columns.ravel())), shape=(n, n)))
 
 
+@spelt
 def chain(
     n: int,
     *,
@@ -151,8 +156,9 @@ def chain(
     """
     n = positive_count(n, 10_000_000, "the number of masses")
     positive(mass, "mass"), positive(stiffness, "stiffness")
-    if ends not in ("fixed", "free", "fixed-free"):
-        raise SceneError(f"ends is {ends!r}; use 'fixed', 'free' or 'fixed-free'")
+    damping, ground = finite(damping, "damping"), finite(ground, "ground")
+    if not is_one_of(ends, ("fixed", "free", "fixed-free")):
+        raise SceneError(f"ends is {shortened(ends)}; use 'fixed', 'free' or 'fixed-free'")
     diagonal = np.full(n, 2.0)
     diagonal[0] -= ends == "free"
     diagonal[-1] -= ends != "fixed"
@@ -163,6 +169,7 @@ def chain(
     return Structure(mass * sps.eye_array(n), K, C, None, [f"x{i + 1}" for i in range(n)])
 
 
+@spelt
 def ziegler(*, damping: float = 0.0, m: float = 1.0, k: float = 1.0, l: float = 1.0) -> Structure:
     """Return Ziegler's double pendulum under a follower load; mu stands for the load P.
 
@@ -191,5 +198,5 @@ def ziegler(*, damping: float = 0.0, m: float = 1.0, k: float = 1.0, l: float = 
     """
     M = positive(m, "m") * positive(l, "l") ** 2 * np.array([[3.0, 1.0], [1.0, 1.0]])
     joints = np.array([[2.0, -1.0], [-1.0, 1.0]])
-    C = damping * joints if damping else None
+    C = finite(damping, "damping") * joints if damping else None
     return Structure(M, positive(k, "k") * joints, C, l * np.array([[-1.0, 1.0], [0.0, 0.0]]), ["phi1", "phi2"])

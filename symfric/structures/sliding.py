@@ -11,7 +11,8 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.long_calls import logged
-from symfric.model.symbols import Key, expression, name_of
+from symfric.model.arguments import items
+from symfric.model.symbols import Key, expression, mapped, name_of, shortened
 from symfric.structures.contacts import RowContact, RowLoad
 from symfric.structures.rows import row_in
 from symfric.structures.structure import Structure
@@ -63,10 +64,10 @@ def sliding(
     (True, True)
     """
     if not isinstance(structure, Structure):
-        raise SceneError(f"{structure!r} is no sf.structures.Structure")
-    numbers = {name_of(key): value for key, value in values.items()}
+        raise SceneError(f"{shortened(structure)} is no sf.structures.Structure")
+    numbers = {name_of(key): value for key, value in mapped(values, "values", "{'name': 1.0}").items()}
     stiffness, friction = structure.K, sps.csr_array((structure.n, structure.n))
-    for contact in contacts:
+    for contact in items(contacts, "contacts"):
         if not isinstance(contact.normal, RowLoad):
             continue
         what = f"contact {contact.name!r}"
@@ -110,7 +111,7 @@ def steady_loads(
     dict of str to float
         Of the contacts whose load follows the structure.
     """
-    numbers = {name_of(key): value for key, value in values.items()}
+    numbers = {name_of(key): value for key, value in mapped(values, "values", "{'name': 1.0}").items()}
     closed = sliding(structure, contacts, values)
     pull, loads = np.zeros(structure.n), {}
     for contact in contacts:

@@ -18,6 +18,7 @@ from symfric.model.results import Result
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, listed
 from symfric.model.system import Signal
+from symfric.spelling import spelt
 from symfric.structures.checks import matrix, names_of, positive_definite, symmetric
 from symfric.structures.complex_modes import ComplexModes, Pencil, complex_modes, shift_of
 from symfric.structures.contacts import RowContact
@@ -31,6 +32,7 @@ _ROUNDING = 1e-13  # entry beside its row and column that is rounding of a proje
 _FRICTION = "give what friction or a follower load adds as `friction`, which mu multiplies"
 
 
+@spelt
 @dataclass(frozen=True, eq=False, repr=False)
 class Structure(Result):
     """``M q'' + C q' + (K + mu F) q = f`` with sparse matrices; units are those of the matrices.

@@ -9,9 +9,10 @@ import sympy as sp
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.long_calls import logged
+from symfric.model.arguments import is_one_of
 from symfric.model.numeric import numeric
 from symfric.model.scene import Scene, check_given_loads, check_scene
-from symfric.model.symbols import SPEED
+from symfric.model.symbols import SPEED, shortened
 from symfric.model.system import Contact
 from symfric.theory.equilibrium import rests_smoothly, solve
 from symfric.theory.harmonics import Arc, arc_mean, ranges
@@ -62,8 +63,8 @@ def average(scene: Scene, order: int = 1) -> SlowFlow:
     >>> sf.average(belt)
     SlowFlow(order 1; stationary amplitudes: 0.20106 stable)
     """
-    if order not in (1, 2):
-        raise SceneError(f"order is {order!r}; averaging is carried to order 1 or 2")
+    if not is_one_of(order, (1, 2)):
+        raise SceneError(f"order is {shortened(order)}; averaging is carried to order 1 or 2")
     oscillator = _oscillator(scene)
     if order == 2:
         from symfric.theory.second_order import second_order

@@ -11,6 +11,7 @@ from symfric.locks import DRAWING, SYMBOLIC, alone
 from symfric.model import laws
 from symfric.model.laws import Law
 from symfric.model.results import Drawable, Result
+from symfric.model.symbols import numbers_of
 
 NAMES = ("at_rest", "slope_below", "slope_above", "corner")
 _STRAIGHT = 1e-9  # difference of the slopes, relative to them, below which there is no corner
@@ -142,12 +143,12 @@ def two_lines(speed: Any, friction: Any, sigma: Any = None) -> TwoLines:
 
 def _read(speed: Any, friction: Any, sigma: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return sorted speeds, coefficients and weights."""
-    v, y = np.asarray(speed, dtype=float), np.asarray(friction, dtype=float)
+    v, y = numbers_of(speed, "speed"), numbers_of(friction, "friction")
     if v.ndim != 1 or v.shape != y.shape or v.size < 4:
         raise SceneError(f"speed and friction have shapes {v.shape} and {y.shape}; give rows of four or more points")
     if not (np.all(np.isfinite(v)) and np.all(np.isfinite(y)) and np.all(v >= 0)):
         raise SceneError("speeds and coefficients are finite, and the speeds not negative")
-    s = np.asarray(1.0 if sigma is None else sigma, dtype=float)
+    s = numbers_of(1.0 if sigma is None else sigma, "sigma")
     if s.ndim > 1 or (s.ndim == 1 and s.shape != v.shape) or not np.all(np.isfinite(s) & (s > 0)):
         raise SceneError("sigma is one positive number, or one for each point")
     order = np.argsort(v, kind="stable")

@@ -9,6 +9,7 @@ from typing import Any, ParamSpec, TypeVar, get_args
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC
+from symfric.spelling import spelt
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -34,10 +35,14 @@ def closed_form(evaluate: Callable[..., Any]) -> Callable[[Callable[P, R]], Call
     """
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        formula_of = spelt(function)
+
         @wraps(function)
         def evaluated(*args: P.args, **kwargs: P.kwargs) -> R:
+            if not isinstance(kwargs.get("symbolic", False), bool):
+                raise SceneError(f"symbolic is {' '.join(repr(kwargs['symbolic']).split())}; give True or False")
             with SYMBOLIC:
-                formula = function(*args, **kwargs)
+                formula = formula_of(*args, **kwargs)
                 others = {name: value for name, value in kwargs.items() if name != "symbolic"}
                 return formula if kwargs.get("symbolic") else evaluate(formula, *args, **others)
 

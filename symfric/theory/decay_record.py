@@ -11,7 +11,8 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.model.public_names import names_of
-from symfric.model.symbols import positive
+from symfric.model.symbols import numbers_of, positive
+from symfric.spelling import spelt
 from symfric.theory.transient import mean_friction
 
 __all__ = ["DecayFit", "from_motion", "from_turning_points"]
@@ -46,6 +47,7 @@ class DecayFit(NamedTuple):
     misfit: float
 
 
+@spelt
 def from_turning_points(
     amplitudes: Any,
     *,
@@ -93,7 +95,7 @@ def from_turning_points(
     >>> f"mu_m {fit.mu_m:.2f}, zeta {fit.zeta:.3f}"
     'mu_m 0.19, zeta 0.009'
     """
-    A = np.asarray(amplitudes, dtype=float)
+    A = numbers_of(amplitudes, "amplitudes")
     if A.ndim != 1 or A.size < 3 or not np.all(np.isfinite(A)) or np.any(A[:-1] <= 0) or np.any(np.diff(A) >= 0):
         raise SceneError(
             "amplitudes are three or more turning points, each smaller than the one before, positive up to the last"
@@ -110,6 +112,7 @@ def from_turning_points(
     return DecayFit(float(mu_m), float(zeta), frequency, float(misfit))
 
 
+@spelt
 def from_motion(
     t: Any, x: Any, u: Any = None, *, f_n: float | None = None, r: float = 1.0, g: float = 9.81, v_c: float = 1.0
 ) -> DecayFit:
@@ -156,10 +159,10 @@ def from_motion(
     >>> f"mu_m {fit.mu_m:.5f}, zeta {fit.zeta:.5f}, f_n {fit.f_n:.4f}"
     'mu_m 0.19000, zeta 0.00900, f_n 5.3000'
     """
-    t, x = np.asarray(t, dtype=float), np.asarray(x, dtype=float)
+    t, x = numbers_of(t, "t"), numbers_of(x, "x")
     if t.ndim != 1 or t.size < 8 or x.shape != t.shape or not np.all(np.isfinite(x)) or np.any(np.diff(t) <= 0):
         raise SceneError("t and x are rows of eight or more numbers, the times increasing")
-    u = np.gradient(x, t, edge_order=2) if u is None else np.asarray(u, dtype=float)
+    u = np.gradient(x, t, edge_order=2) if u is None else numbers_of(u, "u")
     if u.shape != t.shape or not np.all(np.isfinite(u)):
         raise SceneError("u is a row of as many velocities as there are times")
     loads, v_c = positive(r, "r") * positive(g, "g"), positive(v_c, "v_c")

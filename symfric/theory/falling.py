@@ -7,6 +7,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.arguments import instance
 from symfric.model.averaged_law import pieces_between
 from symfric.model.laws import Law
 from symfric.model.numeric import numeric_function
@@ -52,7 +53,7 @@ def falling_speeds(law: Law) -> tuple[tuple[float, float], ...]:
     >>> f"{low:.5f} {high:.5f}"
     '0.01986 0.65510'
     """
-    if law.free_symbols:
+    if instance(law, Law, "law").free_symbols:
         names = ", ".join(sorted(s.name for s in law.free_symbols))
         raise SceneError(f"the law has no number for {names}; use law.where({{...}}) first")
     breaks = [float(b) for b in law.breaks]

@@ -14,6 +14,7 @@ from symfric.locks import SYMBOLIC, alone
 from symfric.model.public_names import names_of
 from symfric.model.symbols import finite, positive
 from symfric.search import zero
+from symfric.spelling import spelt
 from symfric.theory.closed_form import closed_form, needed
 
 __all__ = [
@@ -139,6 +140,7 @@ def widest_stability(mass_ratio: float | None = None, *, least_stiffness: float 
     )
 
 
+@spelt
 def at_stiffness(mass_ratio: float, stiffness: float) -> Mount:
     """Return the damping of a mount of given stiffness that stabilises the most, and how much that is.
 
@@ -220,6 +222,7 @@ def break_even() -> float:
     return zero(gap, 1.0, 10.0, xtol=1e-15)
 
 
+@spelt
 def decay_rate(mass_ratio: float, stiffness: float, damping: float, main_damping: float = 0.0) -> float:
     """Return the decay rate of free vibration over omega1: the largest real part of an eigenvalue, negated.
 
@@ -250,10 +253,10 @@ def decay_rate(mass_ratio: float, stiffness: float, damping: float, main_damping
     >>> round(sf.theory.foundation.decay_rate(0.1, 0.2, 0.372, -0.2), 6)
     0.061139
     """
-    mu, kappa, gamma = _ratio(mass_ratio), finite(stiffness, "stiffness"), finite(damping, "damping")
-    return -float(np.max(np.linalg.eigvals(state_matrix(mu, kappa, gamma, finite(main_damping, "main_damping"))).real))
+    return -float(np.max(np.linalg.eigvals(state_matrix(mass_ratio, stiffness, damping, main_damping)).real))
 
 
+@spelt
 def state_matrix(mass_ratio: float, stiffness: float, damping: float, main_damping: float = 0.0) -> np.ndarray:
     """Return the matrix of ``d/dt (x1, x2, u1, u2)``, time in units of 1/omega1.
 
@@ -277,7 +280,8 @@ def state_matrix(mass_ratio: float, stiffness: float, damping: float, main_dampi
     >>> sf.theory.foundation.state_matrix(0.5, 1.0, 0.25)[3].tolist()
     [2.0, -4.0, 0.0, -1.0]
     """
-    mu = mass_ratio
+    mu, stiffness, damping = _ratio(mass_ratio), finite(stiffness, "stiffness"), finite(damping, "damping")
+    main_damping = finite(main_damping, "main_damping")
     spring = np.array([[-1.0, 1.0], [1 / mu, -(1 + stiffness) / mu]])
     damper = np.diag([-2 * main_damping, -2 * damping / mu])
     return np.block([[np.zeros((2, 2)), np.eye(2)], [spring, damper]])

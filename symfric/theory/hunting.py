@@ -8,6 +8,7 @@ import numpy as np
 from symfric.errors import NotFound, SceneError
 from symfric.model.symbols import finite, positive
 from symfric.search import changes, zero
+from symfric.spelling import spelt
 
 _SLIPS = 400  # points of a slip at which its end is looked for, in the time of the slowest decay
 _SLOW = 40.0  # times of decay after which a motion has ended
@@ -39,6 +40,7 @@ class Hunting(NamedTuple):
     period: float
 
 
+@spelt
 def hunting(*, k_p: float, k_d: float, k_i: float, F_s: float, F_c: float, m: float = 1.0) -> Hunting:
     r"""Limit cycle of a PID-controlled mass with static and Coulomb friction.
 

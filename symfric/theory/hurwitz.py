@@ -11,7 +11,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.results import Result
 from symfric.model.scene import Scene, check_scene
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, shortened
 
 MOST_STATES = 4  # limit of the symbolic criterion, whose determinants grow very long
 
@@ -177,13 +177,20 @@ def symbolic_hurwitz_of_matrices(M: sp.Matrix, B: sp.Matrix, K: sp.Matrix) -> tu
     >>> sf.theory.symbolic_hurwitz_of_matrices(sp.Matrix([[m]]), sp.Matrix([[c]]), sp.Matrix([[k]]))
     (c, c*k)
     """
-    M, B, K = (sp.Matrix(e) for e in (M, B, K))
+    M, B, K = (_matrix(e, name) for e, name in ((M, "M"), (B, "B"), (K, "K")))
     if not M.shape == B.shape == K.shape or M.rows != M.cols:
         raise SceneError(f"M, B and K have the shapes {M.shape}, {B.shape} and {K.shape}; give square matrices")
     if 2 * M.rows > MOST_STATES:
         raise SceneError(f"{M.rows} coordinates have {2 * M.rows} states; a symbolic criterion is for {MOST_STATES}")
     s = sp.Symbol("s")
     return _minors(sp.Poly((s**2 * M + s * B + K).det(), s))
+
+
+def _matrix(value: object, name: str) -> sp.Matrix:
+    try:
+        return sp.Matrix(value)
+    except (TypeError, ValueError, sp.SympifyError):
+        raise SceneError(f"{name} is {shortened(value)}; give a matrix, {name}=[[...]]") from None
 
 
 def _minors(polynomial: sp.Poly) -> tuple[sp.Expr, ...]:

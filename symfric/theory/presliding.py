@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from symfric.errors import SceneError
 from symfric.model.public_names import names_of
 from symfric.model.symbols import finite, positive
+from symfric.spelling import spelt
 
 __all__ = [
     "dahl_loop",
@@ -25,6 +26,7 @@ def _numbers(**given: float) -> list[float]:
     return [finite(value, name) if name in any_sign else positive(value, name) for name, value in given.items()]
 
 
+@spelt
 def dahl_reversal(mu_c: float, sigma: float, x: float) -> float:
     r"""Coefficient of Dahl's law a distance after a reversal of steady sliding.
 
@@ -62,6 +64,7 @@ def dahl_reversal(mu_c: float, sigma: float, x: float) -> float:
     return mu_c * (1 - 2 * math.exp(-sigma * x / mu_c))
 
 
+@spelt
 def dahl_loop(mu_c: float, sigma: float, amplitude: float) -> float:
     r"""Energy that Dahl's law dissipates in a cycle between two displacements, per normal load.
 
@@ -97,6 +100,7 @@ def dahl_loop(mu_c: float, sigma: float, amplitude: float) -> float:
     return 4 * mu_c * (X - mu_c / sigma * math.tanh(sigma * X / mu_c))
 
 
+@spelt
 def lugre_drift(sigma0: float, low: float, high: float, mu_c: float = 1.0) -> float:
     r"""Displacement by which LuGre bristles creep in each cycle of a slowly varying load below the limit.
 
@@ -137,6 +141,7 @@ def lugre_drift(sigma0: float, low: float, high: float, mu_c: float = 1.0) -> fl
     return mu_c / sigma0 * math.log((mu_c**2 - low**2) / (mu_c**2 - high**2))
 
 
+@spelt
 def iwan_backbone(R: float, chi: float, phi_max: float, x: float) -> float:
     r"""Coefficient of Iwan's law with a power-law density on first loading.
 
@@ -181,6 +186,7 @@ def iwan_backbone(R: float, chi: float, phi_max: float, x: float) -> float:
     return math.copysign(R * (sliding + held), x)
 
 
+@spelt
 def iwan_dissipation(R: float, chi: float, amplitude: float) -> float:
     r"""Energy that Iwan's law with a power-law density dissipates in a cycle, per normal load.
 

@@ -10,6 +10,7 @@ import sympy as sp
 from symfric.axes import Axes, axes_for
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.arguments import items
 from symfric.model.results import COMPLEX, ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, finite
@@ -105,7 +106,7 @@ def root_locus(scene: Scene, parameter: Key, values: Sequence[float]) -> RootLoc
 
     check_scene(scene)
     symbol = scene.parameter(parameter)
-    grid = np.array([finite(v, f"a value of {symbol.name}") for v in values])
+    grid = np.array([finite(v, f"a value of {symbol.name}") for v in items(values, "values")])
     if not grid.size:
         raise SceneError(f"no values of {symbol.name} to follow the eigenvalues along")
     rows: list[np.ndarray] = []

@@ -10,12 +10,14 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
+from symfric.model.arguments import instance, is_one_of
 from symfric.model.laws import Law
 from symfric.model.public_names import names_of
 from symfric.model.results import Result
 from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED, positive
+from symfric.model.symbols import SPEED, finite, pair, positive, shortened
 from symfric.model.system import Signal
+from symfric.spelling import spelt
 
 __all__ = [
     "FACTORS",
@@ -325,11 +327,13 @@ def isolator_model(
     >>> f"{peaks[1] / peaks[0]:.9f}"
     '1.000000000'
     """
-    if gravity not in ("scaled", "table"):
-        raise SceneError(f"gravity is {gravity!r}; it is 'scaled' or that of a 'table'")
-    f = factors
+    if not is_one_of(gravity, ("scaled", "table")):
+        raise SceneError(f"gravity is {shortened(gravity)}; it is 'scaled' or that of a 'table'")
+    f = instance(factors, Factors, "factors")
+    C, m, alpha, g = finite(C, "C"), finite(m, "m"), finite(alpha, "alpha"), finite(g, "g")
+    rest_speed = finite(rest_speed, "rest_speed")
     if law is not None:
-        if law.memory is not None:
+        if instance(law, Law, "law").memory is not None:
             raise SceneError("the law has memory, whose displacements are not scaled here; scale its parameters")
         breaks, steep = (tuple(f.velocity * e for e in speeds) for speeds in (law.breaks, law.steep))
         law = replace(law, kinetic=law.kinetic.subs(SPEED, SPEED / f.velocity), breaks=breaks, steep=steep)
@@ -351,12 +355,13 @@ def _scaled_profile(profile: Any, f: Factors) -> Any:
     """Return a profile of friction with its positions scaled."""
     if not isinstance(profile, Sequence | np.ndarray):
         return profile
-    first, second = profile
+    first, second = pair(profile, "profile")
     if np.ndim(first) == 0:
         return first, second * f.friction_increment
     return np.asarray(first, dtype=float) * f.length, second
 
 
+@spelt
 def returned_ratio(model: Any, prototype: Any, factor: Any) -> Any:
     """Return the response of a model, converted to full scale, over that of the prototype.
 

@@ -19,10 +19,13 @@ import sympy as sp
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
+from symfric.model.arguments import instance, whole
 from symfric.model.laws import Law
 from symfric.model.public_names import names_of
 from symfric.model.scene import Scene
+from symfric.model.symbols import finite, shortened
 from symfric.search import zero
+from symfric.spelling import spelt
 from symfric.theory.belt.scene import cubic_parameters
 
 __all__ = ["SYMBOLS", "WavinessSymbols", "drag", "onset_speed", "sinusoidal_onset_speed", "slip_over_a_wave"]
@@ -193,10 +196,11 @@ def drag(scene: Scene, law: Law | None = None) -> float:
         raise SceneError(f"v_b is {given['v_b']:g}; the mass slides over the waves of a belt that moves, v_b > 0")
     w = slip_over_a_wave(given["v_b"], given["F"] / given["k"])
     values = scene.parameter_values()
-    law = scene.contacts[0].law.where(values) if law is None else law
+    law = scene.contacts[0].law.where(values) if law is None else instance(law, Law, "law")
     return float(given["gamma2"] * np.mean(law(w)) + 2 * given["beta"] * (np.mean(w) - given["v_b"]))
 
 
+@spelt
 def slip_over_a_wave(v_b: float, hill: float, number: int = _NODES) -> np.ndarray:
     """Return the slip ``sqrt(2 (W - h cos(phi)))`` at evenly spaced phases of a wave.
 
@@ -226,7 +230,8 @@ def slip_over_a_wave(v_b: float, hill: float, number: int = _NODES) -> np.ndarra
     """
     from scipy.special import ellipkm1
 
-    phase = (np.arange(number) + 0.5) * 2 * np.pi / number
+    v_b, hill = finite(v_b, "v_b"), finite(hill, "hill")
+    phase = (np.arange(whole(number, "number")) + 0.5) * 2 * np.pi / number
     if hill == 0:
         return np.full(number, float(v_b))
 
@@ -250,7 +255,9 @@ def _onset_square(beta: Any, gamma2: Any, mu_s: Any, mu_m: Any, v_m: Any) -> Any
 def _numbers(scene: Scene | None, cubic: bool = True) -> dict[str, float]:
     """Return the values of a wavy belt by name, with the parameters of its cubic law."""
     if not isinstance(scene, Scene):
-        raise SceneError(f"{scene!r} is no sf.Scene; the closed forms of waviness take sf.scenes.wavy_belt(...)")
+        raise SceneError(
+            f"{shortened(scene)} is no sf.Scene; the closed forms of waviness take sf.scenes.wavy_belt(...)"
+        )
     model = scenes.wavy_belt(v_b=1.0, F=1.0, k=1.0)
     same = scene.system == model.system and len(scene.contacts) == 1
     if not same or (scene.contacts[0].slip, scene.contacts[0].normal) != (

@@ -117,7 +117,7 @@ def test_what_cannot_be_reached_is_named():
         (block(), {"end": {"y": 1.0}}, "end names y"),
         (block(), {"controls": {"w": (1, -1)}}, "smallest, largest"),
         (block(), {"time": (3, 1)}, "the shortest and the longest"),
-        (block(), {"degree": 2}, "give 0 or 1"),
+        (block(), {"degree": 2}, "degree is 2; give a whole number from 0 to 1"),
     ],
 )
 def test_bad_arguments(scene, options, words):

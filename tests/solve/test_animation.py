@@ -5,6 +5,7 @@ import shutil
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 from PIL import Image
 
 import symfric as sf
@@ -75,6 +76,13 @@ def test_a_film_needs_ffmpeg(tmp_path, monkeypatch):
 def test_wrong_parts_are_refused(given, said):
     with pytest.raises(sf.SceneError, match=said):
         sf.simulate(BELT).animate(**given)
+
+
+def test_the_layout_of_a_film_is_computed_once(tmp_path, monkeypatch):
+    execute, calls = ConstrainedLayoutEngine.execute, []
+    monkeypatch.setattr(ConstrainedLayoutEngine, "execute", lambda self, fig: (calls.append(fig), execute(self, fig)))
+    sf.simulate(BELT).animate(tmp_path / "short.gif", seconds=0.8, frames_per_second=5)
+    assert len(calls) <= 2  # where the figure is made, and before its four frames
 
 
 def test_runs_without_a_motion_are_refused(tmp_path):

@@ -402,7 +402,7 @@ def test_budgets_room_and_pickling(budget):
     assert whole.stats["events"] == 1000
     assert np.array_equal(pickle.loads(pickle.dumps(program)).run().x, whole.x)
     for kind in ("max_steps", "max_events"):
-        with pytest.raises(sf.SceneError, match="budgets"):
+        with pytest.raises(sf.SceneError, match=f"{kind} is 0; give a whole number"):
             sf.Exact(**{kind: 0})
 
 

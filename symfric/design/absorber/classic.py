@@ -18,10 +18,11 @@ from symfric.design.verification import Neighbour, design
 from symfric.errors import SceneError
 from symfric.long_calls import logged
 from symfric.model import scenes
+from symfric.model.arguments import is_one_of
 from symfric.model.excitation import excitation_of
 from symfric.model.outputs import End, HalfRange, Integral
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite, nearest
+from symfric.model.symbols import finite, nearest, shortened
 from symfric.orbits.steady_state import Schedule, Settling
 from symfric.search import ROUNDING, Function, zero
 from symfric.solve.routes import prepare
@@ -92,8 +93,8 @@ def absorber(
     >>> round(float(found.objective), 6)
     4.589166
     """
-    if criterion not in CRITERIA:
-        raise SceneError(f"no criterion {criterion!r}{nearest(str(criterion), CRITERIA)}")
+    if not is_one_of(criterion, CRITERIA):
+        raise SceneError(f"no criterion {shortened(criterion)}{nearest(str(criterion), CRITERIA)}")
     if contact is not None:
         if criterion != "hinf":
             raise SceneError(f"with a contact the criterion is 'hinf', not {criterion!r}; no other is available")

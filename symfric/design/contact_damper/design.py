@@ -19,9 +19,10 @@ from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.long_calls import logged, tell
 from symfric.model import scenes
+from symfric.model.arguments import is_one_of
 from symfric.model.outputs import StopTime, Trajectory
 from symfric.model.scene import Scene
-from symfric.model.symbols import Key, finite, name_of, nearest
+from symfric.model.symbols import Key, finite, mapped, name_of, nearest, pair, positive
 from symfric.solve.protocol import Program
 from symfric.solve.routes import prepare, simulate
 from symfric.solve.run import finished
@@ -180,20 +181,20 @@ def contact_damper(
 def _read(scene: Scene, bounds: Mapping[Key, tuple[float, float]], residual: float, margin: float) -> Damper:
     own, _ = damper_numbers(scene)
     numbers: dict[str, Any] = {k: own[k] for k in (*VARIED, "m", "x0", "v0", "g")}
-    given = {name_of(k): v for k, v in bounds.items()}
+    given = {name_of(k): v for k, v in mapped(bounds, "bounds", "{'mu_m': (lower, upper)}").items()}
     if not given:
         raise SceneError("bounds is empty; give those of mu_m, f_n, zeta, r or v_c")
     low: list[float] = []
     high: list[float] = []
-    for name, pair in given.items():
+    for name, span in given.items():
         if name not in VARIED:
             raise SceneError(f"{name} in bounds is no parameter that contact_damper varies{nearest(name, VARIED)}")
-        a, b = (finite(e, f"a bound of {name}") for e in pair)
+        a, b = (finite(e, f"a bound of {name}") for e in pair(span, f"the bounds of {name}"))
         if not (0 < a <= b if name in ("f_n", "v_c") else 0 <= a <= b):
             raise SceneError(f"the bounds of {name} are ({a:g}, {b:g}); give the lower one first, not negative")
         low, high = [*low, a], [*high, b]
-    if not residual > 0:
-        raise SceneError(f"residual is {residual:g}; it must be positive")
+    if not is_one_of(residual, (np.inf,)):
+        positive(residual, "residual")
     if not 0 <= finite(margin, "margin") < 1:
         raise SceneError(f"margin is {margin:g}; it is a fraction of the stick limit, from 0 to less than 1")
     corners = (dict(zip(given, c, strict=True)) for c in itertools.product(*zip(low, high, strict=True)))

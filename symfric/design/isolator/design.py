@@ -15,7 +15,7 @@ from symfric.errors import NotFound
 from symfric.long_calls import logged, tell, until_interrupted
 from symfric.model.results import Result
 from symfric.model.scene import Scene, check_given_loads, check_scene
-from symfric.model.symbols import Key
+from symfric.model.symbols import Key, mapped
 from symfric.solve.routes import prepare
 
 _AROUND = (1e-5, 1e-3, 1e-2)  # distances of the neighbouring designs, relative to the bounds
@@ -121,7 +121,9 @@ def isolator(
     """
     check_scene(scene)
     check_given_loads(scene, "isolator, whose measure is an acceleration,")
-    problem = Isolated(scene, motions, bounds, dict(limits or {}), minimise, over)
+    problem = Isolated(
+        scene, motions, bounds, dict(mapped(limits or {}, "limits", "{'residual': 0.01}")), minimise, over
+    )
     with until_interrupted("isolator"):
         tell("a survey of the bounds")
         points = problem.grid()

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from symfric.errors import SceneError
+from symfric.model.arguments import is_one_of, items
 from symfric.model.outputs import At, Output, OutputOfExpression
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, finite, name_of, nearest, shortened
@@ -38,10 +39,10 @@ class Isolated:
         over: str,
     ):
         for name in (minimise, *limits):
-            if name not in MEASURES:
-                raise SceneError(f"no measure {name!r}{nearest(str(name), MEASURES)}")
-        if over not in ("worst", "mean"):
-            raise SceneError(f"over is {over!r}; give 'worst' or 'mean'")
+            if not is_one_of(name, MEASURES):
+                raise SceneError(f"no measure {shortened(name)}{nearest(str(name), MEASURES)}")
+        if not is_one_of(over, ("worst", "mean")):
+            raise SceneError(f"over is {shortened(over)}; give 'worst' or 'mean'")
         self.limits = {name: finite(v, f"the limit of {name}") for name, v in limits.items()}
         if any(v <= 0 for v in self.limits.values()):
             raise SceneError("limits must be positive")
@@ -183,7 +184,8 @@ def _outputs(scene: Scene, name: str) -> tuple[str, ...]:
 
 def _shaken(scene: Scene, motions: Sequence[Any], outputs: list[str]) -> list[Scene]:
     """Return the scenes with each of the motions, or pairs of them, and the outputs to measure."""
-    if not len(motions):
+    motions = tuple(items(motions, "motions"))
+    if not motions:
         raise SceneError("no motions; give at least one sf.motions.Motion or sf.Signal")
     measured, scenes = scene.wanting({name: scene.outputs[name] for name in outputs}), []
     before = max(signal.t_end for signal in scene.inputs.values())

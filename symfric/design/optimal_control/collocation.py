@@ -22,10 +22,11 @@ from symfric.design.optimal_control.transcription import (
 from symfric.design.verification import Neighbour, judged
 from symfric.errors import NotFound, SceneError
 from symfric.long_calls import logged
+from symfric.model.arguments import whole
 from symfric.model.outputs import End, Integral
 from symfric.model.results import Drawable, Result
 from symfric.model.scene import Scene, check_given_loads, check_scene
-from symfric.model.symbols import TIME, Key, finite, name_of
+from symfric.model.symbols import TIME, Key, expression, finite, mapped, name_of, pair
 from symfric.solve.routes import simulate
 
 if TYPE_CHECKING:
@@ -196,10 +197,11 @@ def collocation(
     check_scene(scene)
     check_given_loads(scene, "optimal control by collocation")
     scene = scene.written_out()
-    symbols = [scene.parameter(k) for k in controls]
+    symbols = [scene.parameter(k) for k in mapped(controls, "controls", "{'name': (lower, upper)}")]
+    mapped(end, "end", "{'x': 1.0}")
     names = [s.name for s in scene.system.states]
     ask = _asked(controls, end, time, elements, degree, names)
-    cost = None if isinstance(minimise, str) and minimise == "time" else sp.sympify(minimise)
+    cost = None if isinstance(minimise, str) and minimise == "time" else expression(minimise, "minimise")
     physical = dynamics(scene, symbols, cost)
     sizes = sizes_of(physical, *ask[1:])
     model, units, ask = dimensionless(physical, sizes), sizes, _in_sizes(ask, sizes)
@@ -239,17 +241,22 @@ def _asked(
     names: list[str],
 ) -> Task:
     """Check and return degree, bounds of the controls, values at the end and bounds of the duration."""
-    bounds = np.array([[finite(e, f"a bound of {name_of(k)}") for e in pair] for k, pair in controls.items()])
+    bounds = np.array(
+        [
+            [finite(e, f"a bound of {name_of(k)}") for e in pair(b, f"the bounds of {name_of(k)}")]
+            for k, b in controls.items()
+        ]
+    )
     if not bounds.size or np.any(bounds[:, 0] > bounds[:, 1]):
         raise SceneError("controls holds the parameters to choose, each with (smallest, largest)")
     unknown = next((name_of(k) for k in end if name_of(k) not in names), None)
     if unknown or not end:
         raise SceneError(f"end names {unknown or 'nothing'}; it gives values of the states {', '.join(names)}")
-    low, high = (finite(e, "a bound of time") for e in time)
+    low, high = (finite(e, "a bound of time") for e in pair(time, "time"))
     if not 0 <= low <= high or high <= 0:
         raise SceneError(f"time is ({low:g}, {high:g}); give the shortest and the longest duration")
-    if degree not in (0, 1) or elements < 1:
-        raise SceneError(f"degree is {degree} and elements {elements}; give 0 or 1, and at least 1")
+    whole(degree, "degree", 0, 1)
+    whole(elements, "elements")
     target = {names.index(name_of(k)): finite(v, f"the end of {name_of(k)}") for k, v in end.items()}
     return degree, bounds, target, (low, high)
 

@@ -20,8 +20,9 @@ from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.long_calls import logged, tell
+from symfric.model.arguments import is_one_of
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite, nearest, pair, positive
+from symfric.model.symbols import finite, nearest, pair, positive, shortened
 
 OBJECTIVES = ("intensity", "power", "force")
 ACTIVE = 1e-8  # slack relative to the condition's size up to which it counts as active
@@ -129,7 +130,7 @@ def quench(
 def _ratios(follow: bool, k: tuple[float, float] | None) -> tuple[float, float] | None:
     """Return the bounds of k, None if the excitation does not follow the belt speed."""
     if not isinstance(follow, bool):
-        raise SceneError(f"follow is {follow!r}; give True or False")
+        raise SceneError(f"follow is {shortened(follow)}; give True or False")
     if k is not None and not follow:
         raise SceneError("k = a*Omega/v_b is given; it belongs to follow=True")
     if not follow:
@@ -153,8 +154,8 @@ def _problem(
     ratios: tuple[float, float] | None,
 ) -> QuenchProblem:
     """Check the arguments of `quench` and build the averaged model."""
-    if minimise not in OBJECTIVES:
-        raise SceneError(f"no objective {minimise!r}{nearest(str(minimise), OBJECTIVES)}")
+    if not is_one_of(minimise, OBJECTIVES):
+        raise SceneError(f"no objective {shortened(minimise)}{nearest(str(minimise), OBJECTIVES)}")
     low, high = _bounds(speeds, "speeds")
     if not high > 0:
         raise SceneError("the highest of the speeds is 0; a belt at rest excites no vibration")

@@ -9,7 +9,7 @@ import numpy as np
 
 from symfric.design.quench.search import Optimum, QuenchProblem, edge, grid_of, refined, search
 from symfric.errors import SceneError
-from symfric.model.symbols import nearest, positive
+from symfric.model.symbols import nearest, positive, shortened
 from symfric.search import minimum
 
 LIMITS = ("friction", "acceleration", "power")
@@ -27,7 +27,9 @@ def read_limits(limits: Mapping[str, float] | None) -> dict[str, float]:
     if limits is None:
         return {}
     if not isinstance(limits, Mapping):
-        raise SceneError(f"limits is {limits!r}; write a dict such as {{'friction': 0.5, 'acceleration': 50.0}}")
+        raise SceneError(
+            f"limits is {shortened(limits)}; write a dict such as {{'friction': 0.5, 'acceleration': 50.0}}"
+        )
     numbers = {}
     for name, value in limits.items():
         if name not in LIMITS:

@@ -11,6 +11,7 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC
 from symfric.model.laws.law import Law
 from symfric.model.symbols import expression, refuse_speed
+from symfric.spelling import spelt
 
 Parameter: TypeAlias = float | sp.Expr  # of a law
 _Given = ParamSpec("_Given")
@@ -21,14 +22,17 @@ def ready_law(make: Callable[_Given, Law]) -> Callable[_Given, Law]:
     names = tuple(inspect.signature(make).parameters)
     expressions = {name for name, kind in make.__annotations__.items() if kind in (Parameter, Parameter | None)}
 
+    needed = {name for name in expressions if make.__annotations__[name] is Parameter}
+    made = spelt(make)
+
     @functools.wraps(make)
     def checked(*args: _Given.args, **kwargs: _Given.kwargs) -> Law:
         with SYMBOLIC:
             for name, value in (*zip(names, args, strict=False), *kwargs.items()):
                 refuse_speed(value, f"{name} of {make.__name__}")
-                if name in expressions and value is not None:
+                if name in expressions and (value is not None or name in needed):
                     expression(value, f"{name} of {make.__name__}")
-            return make(*args, **kwargs)
+            return made(*args, **kwargs)
 
     return checked
 

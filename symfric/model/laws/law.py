@@ -10,12 +10,14 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.arguments import is_one_of
 from symfric.model.averaged_across import coefficient_across
 from symfric.model.averaged_law import effective_coefficient
 from symfric.model.laws.memory import Memory
 from symfric.model.numeric import numeric_function
 from symfric.model.steps import with_steps
-from symfric.model.symbols import SPEED, expression, finite, numbers_of, refuse_speed, scalar
+from symfric.model.symbols import SPEED, expression, finite, numbers_of, refuse_speed, scalar, shortened
+from symfric.spelling import spelt
 
 _REGULARISATIONS = {  # by shape, what is done to a law
     "linear": "straight up to v_s, then the law moved by v_s",
@@ -40,6 +42,7 @@ def refuse_memory(law: "Law", what: str) -> None:
         )
 
 
+@spelt
 @dataclass(frozen=True)
 class Law:
     """Coefficient of friction of one dry contact.
@@ -229,8 +232,8 @@ class Law:
         v_s = expression(v_s, "the speed v_s of a regularisation")
         if v_s.is_number and v_s <= 0:
             raise SceneError(f"the speed v_s of a regularisation is {v_s}; it must be positive")
-        if shape not in SHAPES:
-            raise SceneError(f"no regularisation of shape {shape!r}; there are {', '.join(SHAPES)}")
+        if not is_one_of(shape, SHAPES):
+            raise SceneError(f"no regularisation of shape {shortened(shape)}; there are {', '.join(SHAPES)}")
         source = f"{self.source}, regularised: {_REGULARISATIONS[shape]}"
         zero = sp.Integer(0)
         if shape != "linear":

@@ -5,10 +5,11 @@ from typing import Literal
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.model.arguments import is_one_of
 from symfric.model.laws.arguments import Parameter, parameters_of, ready_law
 from symfric.model.laws.law import Law
 from symfric.model.laws.memory import SIDE, SLIP, Memory, state_symbols
-from symfric.model.symbols import SPEED
+from symfric.model.symbols import SPEED, shortened
 
 _LEAST = sp.Float("1e-20")  # of V0: speed below which the logarithm of the slip law is rounded off
 
@@ -71,8 +72,8 @@ def rate_and_state(
     (0.6, 0.588487074535)
     """
     mu0, a, b, D_c, V0 = parameters_of("rate_and_state", {"mu0": mu0, "a": a, "b": b, "D_c": D_c, "V0": V0})
-    if law not in ("aging", "slip"):
-        raise SceneError(f"law of rate_and_state is {law!r}; there are aging, slip")
+    if not is_one_of(law, ("aging", "slip")):
+        raise SceneError(f"law of rate_and_state is {shortened(law)}; there are aging, slip")
     (z,) = state_symbols(1)
     force = a * sp.asinh(SLIP / (2 * V0) * sp.exp((mu0 + b * z) / a))
     if not smooth:

@@ -13,7 +13,7 @@ from symfric.errors import SceneError
 from symfric.model.laws.arguments import Parameter, parameters_of, ready_law, whole
 from symfric.model.laws.law import Law
 from symfric.model.laws.memory import SLIP, Memory, state_symbols
-from symfric.model.symbols import SPEED, expression, listed
+from symfric.model.symbols import SPEED, expression, listed, shortened
 
 _NEAR = sp.Float("1e-9")  # of the limit: where powers of |z| that are not whole are rounded off
 
@@ -111,7 +111,7 @@ def iwan(R: Parameter, chi: Parameter, phi_max: Parameter, elements: int = 40) -
     if chi.is_number and not chi > -1:
         raise SceneError(f"chi of iwan is {chi}; it must be above -1")
     if not isinstance(elements, int) or isinstance(elements, bool) or elements < 1:
-        raise SceneError(f"elements of iwan is {elements!r}; give a whole number, at least 1")
+        raise SceneError(f"elements of iwan is {shortened(elements)}; give a whole number, at least 1")
     edges = [phi_max * sp.Rational(i, elements) ** 2 for i in range(elements + 1)]
     k, most = ([R * (b**n - a**n) / n for a, b in itertools.pairwise(edges)] for n in (chi + 1, chi + 2))
     return _elements(k, most, sp.S.Zero, "Segalman (2005)")

@@ -20,7 +20,7 @@ from symfric.model.outputs.output import Output, OutputAfter, OutputOfExpression
 from symfric.model.outputs.records import Events, Trajectory
 from symfric.model.outputs.times import Period, StopTime
 from symfric.model.outputs.values import At, End, Samples
-from symfric.model.symbols import legible
+from symfric.model.symbols import legible, shortened
 
 __all__ = [
     "OF_CONTACTS",
@@ -65,7 +65,7 @@ def read_outputs(outputs: Mapping[str, Output] | None) -> dict[str, Output]:
     if outputs is None:
         return {"path": Trajectory()}
     if not isinstance(outputs, Mapping):
-        raise SceneError(f"outputs is {outputs!r}; give a mapping of names to sf.End(), sf.Max(x), ...")
+        raise SceneError(f"outputs is {shortened(outputs)}; give a mapping of names to sf.End(), sf.Max(x), ...")
     for name, output in outputs.items():
         if not isinstance(name, str):
             raise SceneError(f"{name!r} is not the name of an output; use a string")

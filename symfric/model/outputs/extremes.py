@@ -8,6 +8,7 @@ import sympy as sp
 from symfric.model.outputs.output import OutputAfter
 from symfric.model.outputs.roots import is_root, root, slopes_of_root
 from symfric.model.rows import RANGE, Row
+from symfric.spelling import spelt
 
 
 @dataclass(frozen=True)
@@ -46,6 +47,7 @@ class OutputOfRange(OutputAfter):
         return self._of_ends(*slopes)
 
 
+@spelt
 @dataclass(frozen=True)
 class Max(OutputOfRange):
     """Largest value of an expression over the run.
@@ -72,6 +74,7 @@ class Max(OutputOfRange):
         return high
 
 
+@spelt
 @dataclass(frozen=True)
 class Min(OutputOfRange):
     """Smallest value of an expression over the run.
@@ -98,6 +101,7 @@ class Min(OutputOfRange):
         return low
 
 
+@spelt
 @dataclass(frozen=True)
 class HalfRange(OutputOfRange):
     """(largest - smallest) / 2 of an expression over the run.

@@ -6,8 +6,10 @@ from typing import Any, ClassVar
 from symfric.model.outputs.output import OutputAfter, OutputOfExpression
 from symfric.model.outputs.roots import second_slopes_of_root, slopes_of_root
 from symfric.model.rows import INTEGRAL, Row
+from symfric.spelling import spelt
 
 
+@spelt
 @dataclass(frozen=True)
 class Integral(OutputOfExpression):
     """Integral of an expression over time.
@@ -32,6 +34,7 @@ class Integral(OutputOfExpression):
         return Row(INTEGRAL, self.expr)
 
 
+@spelt
 @dataclass(frozen=True)
 class Mean(OutputAfter):
     """Mean of an expression over time, to the end of the run.
@@ -62,6 +65,7 @@ class Mean(OutputAfter):
         return Row(INTEGRAL, self.expr / (horizon - self.after), start=self.after)
 
 
+@spelt
 @dataclass(frozen=True)
 class RMS(OutputAfter):
     """Root of the mean square of an expression over time, to the end of the run.

@@ -3,8 +3,12 @@
 import sympy as sp
 
 from symfric.errors import SceneError
+from symfric.model.arguments import is_one_of
+from symfric.model.symbols import shortened
+from symfric.spelling import spelt
 
 
+@spelt
 def friction_force(contact: str, component: int | None = None) -> sp.Symbol:
     """Return the friction force of a contact (on the body, along its slip) for use inside output expressions.
 
@@ -33,11 +37,12 @@ def friction_force(contact: str, component: int | None = None) -> sp.Symbol:
     >>> round(run["work"], 6)
     5.793097
     """
-    if component not in (None, 0, 1):
-        raise SceneError(f"the component of a friction force is {component!r}; in the plane there are 0 and 1")
+    if not is_one_of(component, (None, 0, 1)):
+        raise SceneError(f"the component of a friction force is {shortened(component)}; in the plane there are 0 and 1")
     return sp.Symbol(f"friction_force({contact}{'' if component is None else f', {component}'})", real=True)
 
 
+@spelt
 def slip(contact: str) -> sp.Symbol:
     """Return the slip velocity of a contact for use inside output expressions; in the plane the speed, zero in flight.
 
@@ -60,6 +65,7 @@ def slip(contact: str) -> sp.Symbol:
     return sp.Symbol(f"slip({contact})", real=True)
 
 
+@spelt
 def normal_force(contact: str) -> sp.Symbol:
     """Return the normal force of a contact, for use inside output expressions.
 
@@ -99,6 +105,7 @@ def normal_force(contact: str) -> sp.Symbol:
     return sp.Symbol(f"normal_force({contact})", nonnegative=True)
 
 
+@spelt
 def stored_energy(contact: str) -> sp.Symbol:
     """Return the energy stored in a contact, for use inside output expressions; zero unless its law has memory.
 
@@ -121,6 +128,7 @@ def stored_energy(contact: str) -> sp.Symbol:
     return sp.Symbol(f"stored_energy({contact})", real=True)
 
 
+@spelt
 def dissipated_power(contact: str) -> sp.Symbol:
     """Return the power that becomes heat in a contact, for use inside output expressions.
 

@@ -4,8 +4,10 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from symfric.model.outputs.output import Output
+from symfric.spelling import spelt
 
 
+@spelt
 @dataclass(frozen=True)
 class Trajectory(Output):
     """The trajectory: states, modes, events and dense output.
@@ -29,6 +31,7 @@ class Trajectory(Output):
         return run.raw.path
 
 
+@spelt
 @dataclass(frozen=True)
 class Events(Output):
     """The list of events, without the trajectory between them.

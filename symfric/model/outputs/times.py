@@ -7,8 +7,10 @@ import numpy as np
 
 from symfric.model.outputs.output import Output, OutputAfter
 from symfric.model.rows import CROSSINGS, Row
+from symfric.spelling import spelt
 
 
+@spelt
 @dataclass(frozen=True)
 class Period(OutputAfter):
     """Mean time between the instants at which an expression rises through zero; NaN if there are fewer than two.
@@ -53,6 +55,7 @@ class Period(OutputAfter):
         return period if period.ndim else float(period)
 
 
+@spelt
 @dataclass(frozen=True)
 class StopTime(Output):
     """Time after which the system stays at rest until the horizon; NaN if it moves at the end, or the run fails.

@@ -12,8 +12,10 @@ from symfric.model.outputs.output import Output, OutputOfExpression
 from symfric.model.outputs.roots import is_root, root, second_slopes_of_root, slopes_of_root
 from symfric.model.rows import VALUES, Row
 from symfric.model.symbols import finite
+from symfric.spelling import spelt
 
 
+@spelt
 @dataclass(frozen=True)
 class End(Output):
     """The final state, shape (n_x,).
@@ -38,6 +40,7 @@ class End(Output):
         return derivatives.of_end()
 
 
+@spelt
 @dataclass(frozen=True)
 class At(OutputOfExpression):
     """Value of an expression at a time, or at the end of the run; NaN if the run fails before.
@@ -91,6 +94,7 @@ class At(OutputOfExpression):
         return second_slopes_of_root(twice[0], slopes, radicand, derivatives.columns.pairs)
 
 
+@spelt
 @dataclass(frozen=True)
 class Samples(OutputOfExpression):
     """Values of an expression at given times, shape (n_t,), like the samples of a sensor.

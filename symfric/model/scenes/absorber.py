@@ -7,9 +7,10 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
+from symfric.model.arguments import is_one_of
 from symfric.model.scene import Scene
 from symfric.model.scenes.arguments import check_range
-from symfric.model.symbols import TIME, finite
+from symfric.model.symbols import TIME, finite, shortened
 from symfric.model.system import Contact, System
 
 _X1, _X2, _U1, _U2 = sp.symbols("x1 x2 u1 u2", real=True)
@@ -100,8 +101,8 @@ def _contacts(
         if finite(friction, "friction") != 0 or static_friction is not None:
             raise SceneError("friction is given without a contact; say contact='absorber' or contact='main'")
         return [], {}
-    if place not in PLACES:
-        raise SceneError(f"contact is {place!r}; it is in the 'absorber', at the 'main' mass, or None")
+    if not is_one_of(place, PLACES):
+        raise SceneError(f"contact is {shortened(place)}; it is in the 'absorber', at the 'main' mass, or None")
     kinetic, static = sp.symbols("friction static_friction", real=True)
     slip = _U2 - _U1 if place == "absorber" else _U1
     law = laws.coulomb(static, kinetic)

@@ -10,12 +10,14 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
+from symfric.model.arguments import whole
 from symfric.model.laws import Law
 from symfric.model.outputs import At, Max, Output, friction_force
 from symfric.model.scene import Scene
 from symfric.model.scenes.arguments import open_values
 from symfric.model.symbols import Key, finite, shortened
 from symfric.model.system import Contact, Signal, System
+from symfric.spelling import spelt
 
 # mu, (mu0, R), or (edges, values)
 FloorProfile: TypeAlias = float | Sequence[float] | Sequence[Sequence[float]] | Sequence[np.ndarray] | np.ndarray
@@ -196,6 +198,7 @@ def _stretched(lines: list[sp.Expr], edges: list[float]) -> tuple[sp.Expr, dict[
     return profile, {"stretch": 1.0} if profile.has(_STRETCH) else {}
 
 
+@spelt
 def patched_floor(
     length: float, n: int, mean: float, deviation: float, spread: float | None = None, *, seed: int
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -241,8 +244,9 @@ def patched_floor(
     """
     length, mean, deviation = finite(length, "length"), finite(mean, "mean"), finite(deviation, "deviation")
     spread = math.sqrt(3) * deviation if spread is None else finite(spread, "spread")
-    if not (length > 0 and isinstance(n, int) and n >= 2 and deviation > 0):
-        raise SceneError("a patched floor needs a positive length, at least two cells and a positive deviation")
+    n, seed = whole(n, "n", 2), whole(seed, "seed", 0)
+    if not (length > 0 and deviation > 0):
+        raise SceneError("a patched floor needs a positive length and a positive deviation")
     if spread <= deviation:
         raise SceneError(f"spread is {spread:g}; nothing within it has the deviation {deviation:g}")
     shape = 0.5 * ((spread / deviation) ** 2 - 1.0)

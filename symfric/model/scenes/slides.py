@@ -7,10 +7,11 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
+from symfric.model.arguments import is_one_of
 from symfric.model.outputs import Max, StopTime, Trajectory
 from symfric.model.scene import Scene
 from symfric.model.scenes.arguments import check_range
-from symfric.model.symbols import TIME, finite
+from symfric.model.symbols import TIME, finite, shortened
 from symfric.model.system import Contact, System
 
 _X, _U = sp.symbols("x u", real=True)
@@ -77,8 +78,8 @@ def drive_slide(
     mu1, p_star, epsilon = finite(mu1, "mu1"), finite(p_star, "p_star"), finite(epsilon, "epsilon")
     if not p_star > -1:
         raise SceneError(f"p_star is {p_star:g}; it is v*/v - 1 for positive speeds, so give a number above -1")
-    if damper not in PLACES:
-        raise SceneError(f"damper is {damper!r}; give 'ground' or 'support'")
+    if not is_one_of(damper, PLACES):
+        raise SceneError(f"damper is {shortened(damper)}; give 'ground' or 'support'")
     fc = _kinetic(fc, mu1)
     p_, epsilon_, fc_, sigma_ = sp.symbols("p_star epsilon fc sigma", real=True)
     more = {} if sigma is None else {sigma_: sigma}
@@ -263,8 +264,8 @@ def two_slides(
     True
     """
     check_range({"r": r, "zeta": zeta})
-    if damping not in READINGS:
-        raise SceneError(f"damping is {damping!r}; s2 refers to 'omega1' (d2 = s2) or 'omega2' (d2 = s2/zeta)")
+    if not is_one_of(damping, READINGS):
+        raise SceneError(f"damping is {shortened(damping)}; s2 refers to 'omega1' (d2 = s2) or 'omega2' (d2 = s2/zeta)")
     r_, zeta_, s1_, s2_ = sp.symbols("r zeta s1 s2", real=True)
     fc1_, fs1_ = sp.symbols("fc1 fs1", real=True)
     (e1, e2), (u1, u2) = sp.symbols("eta1 eta2", real=True), sp.symbols("u1 u2", real=True)

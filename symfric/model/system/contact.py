@@ -16,8 +16,10 @@ from symfric.model.springs import read_stiffness, spring_of
 from symfric.model.steps import jumps_in_time, with_steps
 from symfric.model.symbols import expression, legible, refuse_speed, shortened
 from symfric.model.unilateral import FRICTIONLESS, Unilateral
+from symfric.spelling import spelt
 
 
+@spelt
 @dataclass(frozen=True)
 class Contact:
     """One dry contact; friction on the body is ``-sign(slip) * normal * profile * mu(|slip|)``.
@@ -85,7 +87,7 @@ class Contact:
     @alone(SYMBOLIC)
     def __post_init__(self) -> None:
         if not isinstance(self.name, str) or not self.name:
-            raise SceneError(f"the name of a contact is {self.name!r}; it must be a string")
+            raise SceneError(f"the name of a contact is {shortened(self.name)}; it must be a string")
         legible(self.name, "a contact")
         if isinstance(self.slip, Sequence | np.ndarray | sp.MatrixBase) and not isinstance(self.slip, str):
             self._read_pair(list(self.slip))

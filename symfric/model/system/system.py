@@ -15,10 +15,12 @@ from symfric.model.linear_part import LinearPart, slopes_of
 from symfric.model.steps import with_steps
 from symfric.model.symbols import TIME, counted, expression, legible, listed, refuse_speed, shortened
 from symfric.model.typed_friction import refuse_typed_friction
+from symfric.spelling import spelt
 
 _WRITTEN = 12  # coordinates up to which matrices become expressions for reading
 
 
+@spelt
 @dataclass(frozen=True)
 class System:
     """Equations of motion ``q' = u``, ``mass(q) u' = force(q, u, z, t) + contact forces``, ``z' = z_rate(q, u, z, t)``.

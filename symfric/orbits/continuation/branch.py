@@ -10,6 +10,7 @@ from symfric.axes import Axes
 from symfric.errors import SceneError
 from symfric.long_calls import logged
 from symfric.lower.mode_layout import contact_of_gap, slip_gap
+from symfric.model.arguments import whole
 from symfric.model.notebook import html_table
 from symfric.model.results import ArrayResult, Drawable, Labelled, plain
 from symfric.model.scene import Scene, check_scene
@@ -275,7 +276,7 @@ def continue_cycle(
     ('the end of the span at v_b = 0.38', 'the end of the span at v_b = 0.42')
     """
     check_scene(scene)
-    name = scene.parameter(parameter).name
+    name, most = scene.parameter(parameter).name, whole(most, "most")
     low, high = (finite(v, f"an end of the span of {name}") for v in pair(span, "span"))
     if not low < high:
         raise SceneError(f"the span of {name} is ({low:g}, {high:g}); give (low, high) with low < high")

@@ -8,9 +8,10 @@ from symfric.axes import Axes
 from symfric.errors import NotFound, SceneError
 from symfric.long_calls import logged
 from symfric.lower.relaxed_guards import FAR
+from symfric.model.arguments import instance, whole
 from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.scene import Scene
-from symfric.model.symbols import Key, finite
+from symfric.model.symbols import Key, finite, pair
 from symfric.orbits.continuation.arclength import cosine, step_along, tangent, units
 from symfric.orbits.continuation.bifurcations import TOUCHES, Condition, at_the_edge, guard_size
 from symfric.orbits.continuation.branch import Special
@@ -166,6 +167,7 @@ def continue_special(
     >>> curve.kind
     'stick-onset'
     """
+    instance(special, Special, "special")
     if special.kind == "hopf":
         raise SceneError("a Hopf point is one of steady sliding; repeat sf.hopf for values of the other parameter")
     if special.kind == "slip-onset":
@@ -177,10 +179,12 @@ def continue_special(
         raise SceneError("a branch point has no curve; repeat sf.continue_cycle for values of the other parameter")
     orbit = special.orbit
     scene = orbit.scene
-    names = tuple(scene.parameter(p).name for p in parameters)
+    names = tuple(scene.parameter(p).name for p in pair(parameters, "parameters"))
     if names[0] == names[1]:
         raise SceneError(f"both parameters are {names[0]}; give two")
-    limits = np.array([[finite(v, f"an end of the span of {n}") for v in s] for n, s in zip(names, spans, strict=True)])
+    both = zip(names, pair(spans, "spans"), strict=True)
+    limits = np.array([[finite(v, f"an end of the span of {n}") for v in pair(s, f"the span of {n}")] for n, s in both])
+    whole(most, "most")
     values = {s.name: v for s, v in scene.parameter_values().items()}
     here = np.array([values[n] for n in names])
     if np.any(here < limits[:, 0]) or np.any(here > limits[:, 1]):

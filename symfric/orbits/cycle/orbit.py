@@ -15,6 +15,7 @@ from symfric.model.scene import Scene
 from symfric.model.units import with_unit
 from symfric.solve.routes import prepare
 from symfric.solve.run import Event, Run
+from symfric.spelling import spelt
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -120,6 +121,7 @@ class Orbit(Result, Drawable):
         """
         return self.run.to_xarray()
 
+    @spelt
     def animate(
         self,
         path: "str | PathLike[str] | None" = None,

@@ -9,6 +9,7 @@ from importlib.util import find_spec
 
 from symfric.errors import SceneError
 from symfric.model.scene import Scene
+from symfric.spelling import spelt
 
 _WIDE = 1000  # px, of the page in a notebook
 
@@ -57,6 +58,7 @@ class Exploration:
         return f"Exploration({self.address}, until .stop())"
 
 
+@spelt
 def explore(scene: Scene, *, port: int = 0, height: int = 700) -> Exploration:
     """Serve a page with a slider for each value of a scene, and figures that follow it.
 

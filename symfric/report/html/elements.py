@@ -3,6 +3,7 @@
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
+from importlib.util import find_spec
 from typing import Any
 
 from markupsafe import Markup
@@ -56,8 +57,14 @@ def bullets(lines: Iterable[str]) -> Markup:
     return Markup("<ul>{}</ul>").format(Markup("").join(Markup("<li>{}</li>").format(line) for line in lines))
 
 
-def gallery(pictures: Iterable[Picture], said: Callable[[str], Markup] | None = None) -> Markup:
-    """Return figures side by side, their captions as they are said; nothing without figures."""
+def can_draw() -> bool:
+    """Whether Matplotlib is installed, without which pages hold words and tables only."""
+    return find_spec("matplotlib") is not None
+
+
+def gallery(draw: Callable[[], Iterable[Picture | None]], said: Callable[[str], Markup] | None = None) -> Markup:
+    """Return figures side by side, their captions as they are said; nothing without figures or Matplotlib."""
+    pictures = [p for p in draw() if p is not None] if can_draw() else []
     shown = [p if said is None else replace(p, caption=said(p.caption)) for p in pictures]
     return Markup(_macros().gallery(shown))
 

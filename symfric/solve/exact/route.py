@@ -8,6 +8,8 @@ from symfric.codegen.loop_loader import load_loop
 from symfric.errors import NoRoute, SceneError
 from symfric.lower.linear_modes import Oscillator
 from symfric.lower.sampled_oscillator import Record
+from symfric.model.arguments import whole
+from symfric.model.symbols import shortened
 from symfric.solve.exact.classify import Form, ModalForm, form_of
 from symfric.solve.exact.oscillator.workspace import LEFT, SHARED, make_arrays
 from symfric.solve.exact.record.program import record_model
@@ -18,11 +20,13 @@ from symfric.solve.loop.stepping.linear_series import linear_series
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.program import Compiled, Numbers
 from symfric.solve.protocol import Program, Route
+from symfric.spelling import spelt
 
 ORDER = 28  # highest power of a matrix
 ROUNDED = 1e-16  # truncation error of a step by powers, relative to the variation of a state
 
 
+@spelt
 @dataclass(frozen=True)
 class Exact(Route):
     """Settings of the route `exact`.
@@ -50,8 +54,10 @@ class Exact(Route):
     general: Route | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if self.max_steps < 1 or self.max_events < 1:
-            raise SceneError("the budgets max_steps and max_events must be positive")
+        for name in ("max_steps", "max_events"):
+            whole(getattr(self, name), name)
+        if self.general is not None and not isinstance(self.general, Route):
+            raise SceneError(f"general is {shortened(self.general)}; give the settings of a route, such as sf.Taylor()")
 
     def declines(self, scene: LoweredScene) -> str:
         if scene.directions:

@@ -10,6 +10,8 @@ from dataclasses import dataclass, replace
 from typing import ClassVar
 
 from symfric.errors import SceneError
+from symfric.model.arguments import is_one_of, whole
+from symfric.model.symbols import positive, shortened
 from symfric.solve.integrators.mode_functions import CONTINUOUS, ONE_STEP
 from symfric.solve.integrators.program import IntegratorsProgram
 from symfric.solve.integrators.refusals import declines
@@ -17,8 +19,10 @@ from symfric.solve.integrators.stiffness import MANY, explicit_steps, pays
 from symfric.solve.integrators.variational_program import VariationalProgram
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.protocol import Route
+from symfric.spelling import spelt
 
 
+@spelt
 @dataclass(frozen=True)
 class Integrators(Route):
     """Settings of the route `integrators`.
@@ -52,12 +56,12 @@ class Integrators(Route):
     max_steps: int = 2_000_000
 
     def __post_init__(self) -> None:
-        if self.plugin is not None and self.plugin not in ONE_STEP + CONTINUOUS:
-            raise SceneError(f"no integrator {self.plugin!r}; there are {', '.join(ONE_STEP + CONTINUOUS)}")
-        if not self.max_step > 0:
-            raise SceneError(f"max_step is {self.max_step}; it must be positive")
-        if min(self.elements, self.max_events, self.max_steps) < 1:
-            raise SceneError("elements and the budgets max_events and max_steps must be positive")
+        if self.plugin is not None and not is_one_of(self.plugin, ONE_STEP + CONTINUOUS):
+            raise SceneError(f"no integrator {shortened(self.plugin)}; there are {', '.join(ONE_STEP + CONTINUOUS)}")
+        if not is_one_of(self.max_step, (math.inf,)):
+            positive(self.max_step, "max_step")
+        for name in ("elements", "max_events", "max_steps"):
+            whole(getattr(self, name), name)
 
     def declines(self, scene: LoweredScene) -> str:
         if scene.directions and self.plugin not in (None, "cvodes"):

@@ -3,15 +3,17 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-from symfric.errors import SceneError
+from symfric.model.arguments import whole
 from symfric.model.symbols import counted
 from symfric.solve.integrators.stiffness import MANY, explicit_steps, pays
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.protocol import Route
 from symfric.solve.taylor.derivatives import DerivativesProgram
 from symfric.solve.taylor.program import TaylorProgram
+from symfric.spelling import spelt
 
 
+@spelt
 @dataclass(frozen=True)
 class Taylor(Route):
     """Settings of the route `taylor`: adaptive Taylor series, with events as roots of their polynomials.
@@ -38,10 +40,10 @@ class Taylor(Route):
     max_events: int = 20_000_000
 
     def __post_init__(self) -> None:
-        if self.order is not None and not 3 <= self.order <= 60:
-            raise SceneError(f"the order of the Taylor series is {self.order}; it must lie between 3 and 60")
-        if self.max_steps < 1 or self.max_events < 1:
-            raise SceneError("the budgets max_steps and max_events must be positive")
+        if self.order is not None:
+            whole(self.order, "order", 3, 60)
+        for name in ("max_steps", "max_events"):
+            whole(getattr(self, name), name)
 
     def declines(self, scene: LoweredScene) -> str:
         return ""  # it takes every scene, though not every one fast

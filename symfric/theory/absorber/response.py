@@ -5,7 +5,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import sympy as sp
 
-from symfric.model.symbols import finite, positive
+from symfric.model.symbols import finite, numbers_of, positive
+from symfric.spelling import spelt
 from symfric.theory.closed_form import closed_form, needed
 
 
@@ -55,7 +56,7 @@ def _ratio(value: Any, name: str) -> float:
 
 def _amplitude(_: sp.Expr, mass_ratio: Any = None, tuning: Any = None, damping: Any = None, g: Any = None) -> Any:
     """Return the response in numbers, by the formula in NumPy."""
-    above, below = _squares(*_given(mass_ratio, tuning, damping), np.asarray(g, dtype=float))
+    above, below = _squares(*_given(mass_ratio, tuning, damping), numbers_of(g, "g"))
     with np.errstate(divide="ignore"):
         result = np.sqrt(above / below)
     return result if result.ndim else float(result)
@@ -101,6 +102,7 @@ def response(
     return sp.sqrt(above / below)
 
 
+@spelt
 def peaks(mass_ratio: float, tuning: float, damping: float) -> tuple[tuple[float, float], ...]:
     """Return frequency g and height of every peak of `response`, the highest first: it is the H-infinity norm.
 
@@ -148,6 +150,7 @@ def peaks(mass_ratio: float, tuning: float, damping: float) -> tuple[tuple[float
     return tuple(sorted(heights, key=lambda p: -p[1]))
 
 
+@spelt
 def variance(mass_ratio: float, tuning: float, damping: float) -> float:
     """Return the mean square of x1 under white noise of unit intensity as the force: the squared H2 norm.
 
@@ -180,6 +183,7 @@ def variance(mass_ratio: float, tuning: float, damping: float) -> float:
     return float(solve_continuous_lyapunov(state_matrix(mu, f, zeta), -np.outer(push, push))[0, 0])
 
 
+@spelt
 def decay_rate(mass_ratio: float, tuning: float, damping: float, main_damping: float = 0.0) -> float:
     """Return the decay rate of free vibration over omega1: the largest real part of an eigenvalue, negated.
 
@@ -207,6 +211,7 @@ def decay_rate(mass_ratio: float, tuning: float, damping: float, main_damping: f
     return -float(np.max(np.linalg.eigvals(matrix).real))
 
 
+@spelt
 def state_matrix(mu: float, f: float, zeta: float, main_damping: float = 0.0) -> np.ndarray:
     """Return the matrix of ``d/dt (x1, x2, u1, u2)``, time in units of 1/omega1.
 
@@ -227,6 +232,8 @@ def state_matrix(mu: float, f: float, zeta: float, main_damping: float = 0.0) ->
     >>> sf.theory.absorber.state_matrix(0.1, 0.9, 0.2).shape
     (4, 4)
     """
+    mu, f, zeta = finite(mu, "mu"), finite(f, "f"), finite(zeta, "zeta")
+    main_damping = finite(main_damping, "main_damping")
     spring, damper = f**2 * np.array([[-mu, mu], [1, -1]]), 2 * zeta * f * np.array([[-mu, mu], [1, -1]])
     spring[0, 0] -= 1.0
     damper[0, 0] -= 2 * main_damping

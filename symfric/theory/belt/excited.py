@@ -8,6 +8,7 @@ import sympy as sp
 from symfric.errors import NotFound
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.scene import Scene
+from symfric.model.symbols import finite
 from symfric.search import zero
 from symfric.theory.belt.effective import Q, shaken
 from symfric.theory.belt.scene import SYMBOLS, Symbols, value
@@ -60,7 +61,7 @@ def excited_growth(scene: Scene | None = None, amplitude: Any = None, *, symboli
         braking = sp.Integral(sp.acos(ratio) * sp.cos(_PHASE), (_PHASE, 0, sp.pi))
         return _outside(AMPLITUDE) - 2 * gamma2 * mu_s / sp.pi**2 * braking
     given = shaken(scene)
-    return float(_growth(given, np.array([float(amplitude)]))[0])
+    return float(_growth(given, np.array([finite(amplitude, "amplitude")]))[0])
 
 
 @alone(SYMBOLIC)

@@ -6,7 +6,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite, positive
+from symfric.model.symbols import finite, positive, shortened
 from symfric.theory.belt.effective import ALPHA1, ALPHA3, DAMPING, Q, least_damping_intensity
 from symfric.theory.belt.scene import SYMBOLS, Symbols, numbers, on_belt, value
 from symfric.theory.belt.sliding import ETA, V_B1
@@ -202,7 +202,7 @@ def _range(speeds: Any, symbolic: bool) -> tuple[sp.Expr, sp.Expr]:
     try:
         low, high = speeds
     except (TypeError, ValueError):
-        raise SceneError(f"speeds is {speeds!r}; give the lowest and the highest belt speed") from None
+        raise SceneError(f"speeds is {shortened(speeds)}; give the lowest and the highest belt speed") from None
     low, high = finite(low, "the lowest belt speed"), float(high)
     if not 0 <= low <= high:
         raise SceneError(f"speeds is ({low:g}, {high:g}); the lower one comes first and is not negative")

@@ -12,7 +12,7 @@ from symfric.model import scenes
 from symfric.model.laws import Law
 from symfric.model.numeric import numeric
 from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED
+from symfric.model.symbols import SPEED, shortened
 from symfric.theory.closed_form import P, R, closed_form
 
 
@@ -55,7 +55,7 @@ def numbers(scene: Scene | None = None) -> Symbols:
     if scene is None:
         raise SceneError("no scene to take numbers from; give one, or ask for the formula with symbolic=True")
     if not isinstance(scene, Scene):
-        raise SceneError(f"{scene!r} is no sf.Scene; the belt's closed forms take sf.scenes.mass_on_belt(...)")
+        raise SceneError(f"{shortened(scene)} is no sf.Scene; the belt's closed forms take sf.scenes.mass_on_belt(...)")
     model = scenes.mass_on_belt(v_b=1.0)
     (belt,) = model.contacts
     same = scene.system == model.system and len(scene.contacts) == 1

@@ -5,7 +5,9 @@ from typing import Any
 import sympy as sp
 
 from symfric.errors import NotFound, SceneError
+from symfric.model.arguments import is_one_of
 from symfric.model.scene import Scene
+from symfric.model.symbols import shortened
 from symfric.theory.belt.scene import SYMBOLS, Symbols, on_belt, value
 from symfric.theory.belt.sliding import ETA, V_B1, vibrating
 
@@ -17,8 +19,8 @@ EXCESS = 5 * sp.pi / 4 * ETA / v_m**2 * (V_B0**2 - v_b**2)  # growth of the arc'
 
 
 def _order(order: int) -> int:
-    if order not in (1, 2):
-        raise SceneError(f"order is {order!r}; the amplitudes are given to order 1 or 2")
+    if not is_one_of(order, (1, 2)):
+        raise SceneError(f"order is {shortened(order)}; the amplitudes are given to order 1 or 2")
     return order
 
 

@@ -7,9 +7,11 @@ cycle ends where it only touches w = 0, a condition on a periodic orbit that is 
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
+from symfric.model.arguments import is_one_of, items
 from symfric.model.numeric import Floats
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, shortened
 from symfric.search import ROUNDING, zero
+from symfric.spelling import spelt
 from symfric.theory.drive.pair import (
     Pair,
     SlidesOrbit,
@@ -36,6 +38,7 @@ INWARD = 0.02, 1e-15  # first step towards weaker friction, of the load, and the
 REMEMBER = (0.0, 0.25, 0.5, 0.75, 1.0)  # homotopy: weights of the dependence of the stick on the previous slip
 
 
+@spelt
 def two_slides_threshold(
     *, r: float, zeta: float, s1: float, s2: float, fc1: float = 1.0, damping: str = "omega1"
 ) -> float:
@@ -76,6 +79,7 @@ def two_slides_threshold(
     return fc1 + difference(pair, _onset(pair, fc1)[0]) if _dips(pair) else float("inf")
 
 
+@spelt
 def two_slides_onset(
     *, r: float, zeta: float, s1: float, s2: float, fc1: float = 1.0, damping: str = "omega1"
 ) -> SlidesCycle:
@@ -115,6 +119,7 @@ def two_slides_onset(
     return _cycle(pair, fc1, *_onset(pair, fc1))
 
 
+@spelt
 def two_slides_cycle(
     *, r: float, zeta: float, s1: float, s2: float, fc1: float = 1.0, fs1: float, damping: str = "omega1"
 ) -> SlidesCycle:
@@ -157,6 +162,7 @@ def two_slides_cycle(
     return _cycle(pair, fc1, orbit, end if delta == smallest else "")
 
 
+@spelt
 def two_slides_thresholds(
     parameter: str,
     values: Floats,
@@ -199,12 +205,12 @@ def two_slides_thresholds(
     7.742902
     """
     given = {"r": r, "zeta": zeta, "s1": s1, "s2": s2}
-    if parameter not in given:
-        raise SceneError(f"no parameter {parameter!r} to vary; there are {', '.join(given)}")
+    if not is_one_of(parameter, given):
+        raise SceneError(f"no parameter {shortened(parameter)} to vary; there are {', '.join(given)}")
     if given[parameter] is not None:
         raise SceneError(f"{parameter} is varied and given as {given[parameter]:g}; leave it out")
     fc1, orbit, thresholds = _kinetic(fc1), None, []
-    for value in values:
+    for value in items(values, "values"):
         pair = Pair(*ratios(**{**given, parameter: value}, damping=damping))
         orbit, end = _again(pair, fc1, orbit) or (_onset(pair, fc1) if _dips(pair) else (None, ""))
         thresholds.append(np.inf if orbit is None else fc1 + difference(pair, orbit))

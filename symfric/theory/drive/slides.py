@@ -7,9 +7,10 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.arguments import is_one_of
 from symfric.model.results import Result
 from symfric.model.scenes.slides import READINGS
-from symfric.model.symbols import positive
+from symfric.model.symbols import positive, shortened
 
 
 class SlidesSymbols(NamedTuple):
@@ -167,8 +168,8 @@ def slope_limits(*, r: float, zeta: float, s1: float, s2: float, damping: str = 
 def ratios(r: Any, zeta: Any, s1: Any, s2: Any, damping: str) -> tuple[float, float, float, float]:
     """Check r, zeta, s1 and s2; return r, zeta, s1 and d2 for one interpretation of s2."""
     given = {name: positive(value, name) for name, value in {"r": r, "zeta": zeta, "s1": s1, "s2": s2}.items()}
-    if damping not in READINGS:
-        raise SceneError(f"damping is {damping!r}; s2 refers to 'omega1' (d2 = s2) or 'omega2' (d2 = s2/zeta)")
+    if not is_one_of(damping, READINGS):
+        raise SceneError(f"damping is {shortened(damping)}; s2 refers to 'omega1' (d2 = s2) or 'omega2' (d2 = s2/zeta)")
     d2 = given["s2"] / (given["zeta"] if damping == "omega2" else 1.0)
     return given["r"], given["zeta"], given["s1"], d2
 

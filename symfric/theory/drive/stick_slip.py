@@ -3,10 +3,13 @@
 import math
 
 from symfric.errors import SceneError
-from symfric.model.symbols import finite
+from symfric.model.arguments import is_one_of
+from symfric.model.symbols import finite, shortened
+from symfric.spelling import spelt
 from symfric.theory.drive.excursion import excursion, slope
 
 
+@spelt
 def threshold(mu1: float, mu2: float, p_star: float, *, scaling: str = "v*") -> float:
     """Return the friction difference eps_crit above which a driven slide has a stick-slip cycle.
 
@@ -51,8 +54,8 @@ def threshold(mu1: float, mu2: float, p_star: float, *, scaling: str = "v*") -> 
     mu1, mu2, p_star = slope(mu1, "mu1"), slope(mu2, "mu2"), finite(p_star, "p_star")
     if not p_star > -1:
         raise SceneError(f"p_star is {p_star:g}; it is v*/v - 1 for positive speeds, so give a number above -1")
-    if scaling not in ("v*", "v"):
-        raise SceneError(f"scaling is {scaling!r}; forces are taken over m omega_n times 'v*' or 'v'")
+    if not is_one_of(scaling, ("v*", "v")):
+        raise SceneError(f"scaling is {shortened(scaling)}; forces are taken over m omega_n times 'v*' or 'v'")
     if p_star <= 0 and mu2 >= 1:
         return math.inf
     eps1, _ = excursion(-1.0, 0.0, p_star, -mu1, -mu2)

@@ -6,8 +6,10 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.arguments import is_one_of
 from symfric.model.results import Result
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, shortened
+from symfric.spelling import spelt
 from symfric.theory.closed_form import closed_form
 from symfric.theory.drive.excursion import FreeResponse, descent, excursion, slope
 
@@ -111,6 +113,7 @@ def positioning_error(
     return PositioningError(lam + speed, _type(mu2) if crossed else "a")
 
 
+@spelt
 def excess(mu1: float, mu2: float, speed: float, *, damper: str = "ground", sigma: float = 0.0) -> float:
     """Return lambda, the spring's force in steady sliding less the kinetic friction at rest, over ``m omega_n v*``.
 
@@ -230,8 +233,8 @@ def _damper_share(damper: str, sigma: float) -> float:
     sigma = finite(sigma, "sigma")
     if sigma < 0:
         raise SceneError(f"sigma is {sigma:g}; a damper's ratio is >= 0")
-    if damper not in ("ground", "support"):
-        raise SceneError(f"damper is {damper!r}; it goes to 'ground' or sits on the 'support'")
+    if not is_one_of(damper, ("ground", "support")):
+        raise SceneError(f"damper is {shortened(damper)}; it goes to 'ground' or sits on the 'support'")
     return sigma if damper == "support" else 0.0
 
 

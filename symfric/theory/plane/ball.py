@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 from symfric.model.results import Result
 from symfric.model.symbols import finite, pair, positive
+from symfric.spelling import spelt
 
 Pair = tuple[float, float]
 
@@ -38,6 +39,7 @@ class BallRolls(Result):
     distance: float
 
 
+@spelt
 def ball_rolls(
     velocity: Pair, spin: Pair = (0.0, 0.0), *, r: float, mu: float, g: float = 9.81, inertia: float = 0.4
 ) -> BallRolls:

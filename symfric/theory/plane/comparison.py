@@ -11,6 +11,7 @@ from symfric.model.laws import Law
 from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.symbols import numbers_of, positive
 from symfric.search import zero
+from symfric.spelling import spelt
 from symfric.theory.plane.vibration import (
     lateral_vibration_drag,
     lateral_vibration_power,
@@ -88,6 +89,7 @@ class VibrationComparison(ArrayResult, Drawable):
         return f"VibrationComparison(speed {self.speed:.6g}; intensities: {ends})"
 
 
+@spelt
 def compare_vibration(intensities: Any, speed: float = 1.0, law: Law | None = None) -> VibrationComparison:
     """Compare vibration across the sliding direction with vibration along it.
 
@@ -136,6 +138,7 @@ def compare_vibration(intensities: Any, speed: float = 1.0, law: Law | None = No
     return VibrationComparison(v, q, lateral, along[0], power, along[1], same, drag)
 
 
+@spelt
 def equal_drag_ratio(speed: float = 1.0, law: Law | None = None) -> float:
     """Return the intensity over the sliding speed at which vibration across and along leave the same drag.
 

@@ -3,9 +3,11 @@
 from symfric.errors import SceneError
 from symfric.model.laws import Law
 from symfric.model.laws.law import refuse_memory
-from symfric.model.symbols import positive
+from symfric.model.symbols import positive, shortened
+from symfric.spelling import spelt
 
 
+@spelt
 def transverse_damping(law: Law, speed: float, normal: float = 1.0) -> float:
     r"""Return the damping constant of friction for motions across a steady sliding.
 
@@ -44,6 +46,7 @@ def transverse_damping(law: Law, speed: float, normal: float = 1.0) -> float:
     return steady_power(law, speed, normal) / float(speed) ** 2
 
 
+@spelt
 def steady_power(law: Law, speed: float, normal: float = 1.0) -> float:
     r"""Return the power that friction takes in steady sliding, ``mu(v) N v``.
 
@@ -69,7 +72,7 @@ def steady_power(law: Law, speed: float, normal: float = 1.0) -> float:
     0.6
     """
     if not isinstance(law, Law):
-        raise SceneError(f"law is {law!r}; give one of sf.laws")
+        raise SceneError(f"law is {shortened(law)}; give one of sf.laws")
     refuse_memory(law, "steady sliding in the plane")
     v = positive(speed, "speed")
     return float(law(v)) * positive(normal, "normal", zero=True) * v

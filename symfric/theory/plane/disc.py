@@ -18,6 +18,7 @@ from symfric.model.elliptic import geometric_mean
 from symfric.model.results import Result
 from symfric.model.symbols import expression, numbers_of, positive
 from symfric.search import zero
+from symfric.spelling import spelt
 
 _EQUAL = 1e-19  # least (X^2 - x^2)/X^2, where the mean would vanish: below rounding of the result
 _NEAR = 1e-9  # the same in expressions: solvers need power series, also on their way through v = W
@@ -63,6 +64,7 @@ class DiscStop(Result):
     ratio: float
 
 
+@spelt
 def spinning_disc_friction(v: Any, omega: Any, R: float = 1.0, load: float = 1.0) -> DiscFriction:
     r"""Return friction force and torque of a disc of uniform pressure that slides and spins.
 
@@ -206,6 +208,7 @@ def _regular_expressions(X2: sp.Expr, x2: sp.Expr) -> _Regular:
     )
 
 
+@spelt
 def disc_stop_ratio(inertia: float = 0.5) -> float:
     r"""Return the ratio ``v/(R omega)`` with which a sliding and spinning disc stops.
 
@@ -244,6 +247,7 @@ def disc_stop_ratio(inertia: float = 0.5) -> float:
     return math.tan(angle)
 
 
+@spelt
 def disc_stop(
     v: float, omega: float, *, R: float, m: float, mu: float, g: float = 9.81, inertia: float = 0.5
 ) -> DiscStop:

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from symfric.errors import NotFound, SceneError
 from symfric.model.results import Result
 from symfric.model.symbols import finite, positive
+from symfric.spelling import spelt
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,7 @@ class InclineState(Result):
     direction: float
 
 
+@spelt
 def incline_stop(
     slope: float, mu: float, speed: float, direction: float = math.pi / 2, g: float = 9.81
 ) -> InclineState:
@@ -103,6 +105,7 @@ def incline_stop(
     return InclineState(time, down, cross, 0.0, 0.0 if p else theta)
 
 
+@spelt
 def incline_motion(
     slope: float, mu: float, speed: float, direction: float, later: float, g: float = 9.81
 ) -> InclineState:
@@ -157,6 +160,7 @@ def incline_motion(
     return InclineState(time, down, cross, start / 2 * math.exp((k - 1) * log) * (1 + z1**2), end)
 
 
+@spelt
 def incline_least_speed(slope: float, mu: float, speed: float, direction: float, g: float = 9.81) -> float:
     r"""Return the least speed of a block that turns on an incline on which it does not stop.
 

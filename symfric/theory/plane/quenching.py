@@ -13,7 +13,7 @@ from symfric.model.laws import Law
 from symfric.model.laws.law import refuse_memory
 from symfric.model.numeric import ArrayFunction, numeric_function
 from symfric.model.results import Result
-from symfric.model.symbols import SPEED, positive
+from symfric.model.symbols import SPEED, positive, shortened
 from symfric.search import Function, zero
 from symfric.theory.plane.vibration import (
     lateral_vibration_drag,
@@ -100,7 +100,7 @@ def compare_quenching(law: Law, speed: float, damping: float = 0.0) -> QuenchCom
     True
     """
     if not isinstance(law, Law):
-        raise SceneError(f"law is {law!r}; give one of sf.laws")
+        raise SceneError(f"law is {shortened(law)}; give one of sf.laws")
     refuse_memory(law, "steady sliding in the plane")
     v, damping = positive(speed, "speed"), positive(damping, "damping", zero=True)
     law(v)  # raises if the law has symbols

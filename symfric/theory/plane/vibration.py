@@ -15,7 +15,8 @@ from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.laws import Law, coulomb
 from symfric.model.numeric import gauss_legendre
-from symfric.model.symbols import numbers_of
+from symfric.model.symbols import numbers_of, shortened
+from symfric.spelling import spelt
 
 Values: TypeAlias = Any  # a number or an array of them
 _Of = Callable[[float, float], float]
@@ -26,6 +27,7 @@ _HALVES = 0.5 ** np.arange(50, 0, -1.0)
 _GRADED = np.concatenate([[0.0], _HALVES, 1 - _HALVES[-2::-1], [1.0]])  # edges of panels that get finer to both ends
 
 
+@spelt
 def lateral_vibration_drag(speed: Values, intensity: Values, law: Law | None = None) -> Any:
     r"""Return the mean friction against the sliding under fast vibration across it, over the normal load.
 
@@ -78,6 +80,7 @@ def lateral_vibration_drag(speed: Values, intensity: Values, law: Law | None = N
     return _plain(drag)
 
 
+@spelt
 def longitudinal_vibration_drag(speed: Values, intensity: Values, law: Law | None = None) -> Any:
     r"""Return the mean friction against the sliding under fast vibration along it, over the normal load.
 
@@ -109,6 +112,7 @@ def longitudinal_vibration_drag(speed: Values, intensity: Values, law: Law | Non
     return _each(speed, intensity, lambda v, q: float(taken.averaged(q)(v)), taken)
 
 
+@spelt
 def lateral_vibration_power(speed: Values, intensity: Values, law: Law | None = None) -> Any:
     r"""Return the mean power that maintains fast vibration across the sliding, over the normal load.
 
@@ -151,6 +155,7 @@ def lateral_vibration_power(speed: Values, intensity: Values, law: Law | None = 
     return _plain(np.where(q == 0, 0.0, np.where(rest < 1e-200, 2 / np.pi * q, power)))
 
 
+@spelt
 def longitudinal_vibration_power(speed: Values, intensity: Values, law: Law | None = None) -> Any:
     r"""Return the mean power that maintains fast vibration along the sliding, over the normal load.
 
@@ -211,7 +216,7 @@ def _plain(result: np.ndarray) -> Any:
 def _each(speed: Values, intensity: Values, of: _Of, law: Law) -> Any:
     """Return ``of(v, q)`` for every pair."""
     if not isinstance(law, Law):
-        raise SceneError(f"law is {law!r}; give one of sf.laws")
+        raise SceneError(f"law is {shortened(law)}; give one of sf.laws")
     v, q = _given(speed, intensity)
     law(0.0)  # raises if the law has symbols
     values = [of(float(a), float(b)) for a, b in zip(v.ravel(), q.ravel(), strict=True)]

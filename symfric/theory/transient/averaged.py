@@ -13,7 +13,7 @@ from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model.numeric import gauss_legendre
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite, positive
+from symfric.model.symbols import finite, numbers_of, positive
 from symfric.theory.closed_form import needed
 from symfric.theory.transient.decay import damper_numbers
 
@@ -92,7 +92,7 @@ def mean_friction(a: Any = None, *, literal: bool = False, symbolic: bool = Fals
     """
     if symbolic:
         return _mean_friction(DAMPER.A * DAMPER.omega_n / DAMPER.v_c, literal)
-    a = np.asarray(a, dtype=float)
+    a = numbers_of(a, "a")
     if literal:
         from scipy import special
 

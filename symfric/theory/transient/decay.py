@@ -12,6 +12,7 @@ from symfric.model.numeric import numeric
 from symfric.model.results import Result
 from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import TIME
+from symfric.spelling import spelt
 
 ENERGIES = ("E_viscous", "E_contact")  # outputs of the ready scene used in the balance
 
@@ -107,6 +108,7 @@ class Decisions(Result):
         return f"Decisions({self.t.size} times at rest, closest {self.closest:+.3g}, last {self.last:+.3g})"
 
 
+@spelt
 def damper_numbers(scene: Scene) -> tuple[dict[str, float], bool]:
     """Return the numbers of a contact damper, its start as x0 and v0, and whether its law is the literal one.
 
@@ -146,6 +148,7 @@ def damper_numbers(scene: Scene) -> tuple[dict[str, float], bool]:
     )
 
 
+@spelt
 def energy_balance(run: Any) -> EnergyBalance:
     r"""Return the energy balance of a contact damper.
 
@@ -187,6 +190,7 @@ def energy_balance(run: Any) -> EnergyBalance:
     return EnergyBalance(given, viscous, contact, 0.5 * stiffness * x**2, 0.5 * m * u**2)
 
 
+@spelt
 def decisions(run: Any) -> Decisions:
     """Return the distance of a mass from the stick limit whenever its contact stopped sliding.
 

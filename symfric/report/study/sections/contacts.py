@@ -81,7 +81,7 @@ def _page(study: StudyResult) -> Iterator[Markup]:
         for s in shares
     ]
     yield subheading("What the contacts do")
-    yield gallery([_picture(study, study[MOTION].found)])
+    yield gallery(lambda: [_picture(study, study[MOTION].found)])
     yield table(head, rows, [1, 2, 3])
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import partial
 
 from markupsafe import Markup
 
@@ -65,9 +66,13 @@ def _page(study: StudyResult) -> Iterator[Markup]:
             for name, value, unit in designs.rows(plan, design, file)
         ]
         yield table(["name", "value", "unit"], rows, [1])
-        quench = study[QUENCH].value
-        motions = [before_after(quench, study.plan.coordinate, file)] if plan.excites and quench else []
-        yield gallery([*motions, _picture(study, plan, design)], study.said)
+        yield gallery(partial(_pictures, study, plan, design), study.said)
+
+
+def _pictures(study: StudyResult, plan: DesignPlan, design: Designed) -> list[Picture]:
+    quench = study[QUENCH].value
+    motions = [before_after(quench, study.plan.coordinate, study.file)] if plan.excites and quench else []
+    return [*motions, _picture(study, plan, design)]
 
 
 def _picture(study: StudyResult, plan: DesignPlan, design: Designed) -> Picture:

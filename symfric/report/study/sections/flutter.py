@@ -143,7 +143,7 @@ def _page(study: StudyResult) -> Iterator[Markup]:
         return
     lines = flutter_in_words(answered.value, study[OPENED].value or [], study.file)
     yield from (paragraph(study.said(line)) for line in lines)
-    yield gallery(_pictures(answered.value, study.file.units))
+    yield gallery(lambda: _pictures(answered.found, study.file.units))
 
 
 def _pictures(result: FlutterResult, units: Units) -> list[Picture]:

@@ -163,7 +163,7 @@ def _page(study: StudyResult) -> Iterator[Markup]:
     curves = study[FRICTION].value
     if curves:
         yield heading("Friction and effective friction" if study[EFFECTIVE].value else "Friction", "friction")
-        yield gallery([_picture(curve, study.file) for curve in curves], study.said)
+        yield gallery(lambda: [_picture(curve, study.file) for curve in curves], study.said)
 
 
 def _picture(curve: FrictionCurve, file: SceneFile) -> Picture:

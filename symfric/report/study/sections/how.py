@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from markupsafe import Markup
 
-from symfric.report.html.elements import bullets, heading, paragraph, table
+from symfric.report.html.elements import bullets, can_draw, heading, paragraph, table
 from symfric.report.html.versions import used
 from symfric.report.study.measurement import as_run, contact_outputs
 from symfric.report.study.section import Progress, Section, StudyResult
@@ -21,7 +21,8 @@ def without_answer(study: StudyResult) -> list[str]:
     topics: dict[str, list[str]] = {}
     for topic, reason in study.skipped().items():
         topics.setdefault(reason, []).append(topic)
-    return [f"{', '.join(names)}: {reason}" for reason, names in topics.items()]
+    lines = [f"{', '.join(names)}: {reason}" for reason, names in topics.items()]
+    return lines if can_draw() else ["pictures: python -m pip install matplotlib adds them", *lines]
 
 
 def _text(study: StudyResult) -> str:

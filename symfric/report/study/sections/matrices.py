@@ -146,9 +146,7 @@ def _page(study: StudyResult) -> Iterator[Markup]:
     yield paragraph(study.said(scene_in_words(file)))
     if cost := reduction(file):
         yield paragraph(study.said(cost))
-    sketch = mesh_picture(plan_of(file)) or picture(file.scene)
-    if sketch is not None:
-        yield gallery([sketch])
+    yield gallery(lambda: [mesh_picture(plan_of(file)) or picture(file.scene)])
     yield _equation(file)
     yield from contacts_and_values(study, _one_of_each_law(file))
 

@@ -39,7 +39,7 @@ def _shapes(study: StudyResult) -> Iterator[tuple[np.ndarray, str]]:
 
 def _page(study: StudyResult) -> Iterator[Markup]:
     plan, answered, units = plan_of(study.file), study[MODES], study.file.units
-    yield gallery(shape_picture(plan, shape, words) for shape, words in _shapes(study))
+    yield gallery(lambda: (shape_picture(plan, shape, words) for shape, words in _shapes(study)))
     if answered.value is None:
         yield note(f"Modes: {answered.note}")
         return

@@ -95,7 +95,7 @@ def _page(study: StudyResult) -> Iterator[Markup]:
         yield paragraph(study.said(motion_in_words(answered.value, study.file)))
         steady = study[STEADY].value
         period = steady.period if steady is not None and steady.settled and not rests(steady) else math.nan
-        yield gallery(pictures(answered.value, study.file, period), study.said)
+        yield gallery(lambda: pictures(answered.found, study.file, period), study.said)
 
 
 def pictures(motion: SampledMotion, file: SceneFile, period: float = math.nan) -> list[Picture]:

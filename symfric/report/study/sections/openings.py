@@ -63,7 +63,7 @@ def _page(study: StudyResult) -> Iterator[Markup]:
         for name, s in shares.items()
     ]
     yield subheading("What the contacts do")
-    yield gallery([_picture(study, study[MOTION].found)])
+    yield gallery(lambda: [_picture(study, study[MOTION].found)])
     yield table(head, rows, [1, 2, 3, 4])
     yield note("The normal force is that between impacts; a landing after bounces that die out counts as one impact.")
 

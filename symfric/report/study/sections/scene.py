@@ -129,9 +129,7 @@ def _page(study: StudyResult) -> Iterator[Markup]:
         return
     yield heading("The scene", "scene")
     yield paragraph(study.said(scene_in_words(study.file)))
-    sketch = picture(scene)
-    if sketch is not None:
-        yield gallery([sketch])
+    yield gallery(lambda: [picture(scene)])
     yield from equations_of_motion(scene)
     yield from contacts_and_values(study, {c.name: c for c in scene.contacts})
 

@@ -136,8 +136,11 @@ def _details(study: StudyResult, judged: Stability) -> Iterator[Markup]:
         yield note(f"Of {len(judged.eigenvalues)} eigenvalues those that grow most or decay least.")
     values = ", ".join(f"{v:.4g}" for v in judged.eigenvalues)
     alt = f"Eigenvalues in the complex plane: {values}"
-    picture = Picture(to_svg(plot_eigenvalues(judged.eigenvalues, units)), alt, "Eigenvalues of steady sliding.")
-    yield Markup("</div>{}</div>").format(gallery([picture], study.said))
+
+    def draw() -> list[Picture]:
+        return [Picture(to_svg(plot_eigenvalues(judged.eigenvalues, units)), alt, "Eigenvalues of steady sliding.")]
+
+    yield Markup("</div>{}</div>").format(gallery(draw, study.said))
 
 
 def _leading(eigenvalues: np.ndarray) -> np.ndarray:

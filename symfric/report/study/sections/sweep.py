@@ -77,7 +77,7 @@ def _page(study: StudyResult) -> Iterator[Markup]:
     lines = [*sweep_in_words(sweep, curves, file), *([] if curves else [f"No prediction: {study[CURVES].note}."])]
     lines += [] if branch is None else branch_in_words(branch, file)
     yield from (paragraph(study.said(line)) for line in lines)
-    yield gallery(pictures(study), study.said)
+    yield gallery(lambda: pictures(study), study.said)
 
 
 def sweep_in_words(sweep: SweepResult, curves: Sequence[PredictionCurve], file: SceneFile) -> Iterator[str]:
