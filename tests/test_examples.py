@@ -55,6 +55,7 @@ SCRIPTS = {
     "stop_grazing": r"touches at F = 0\.368782(.|\n)*an impact every 2\.00 periods",
     "stopping_ramp": r"stopped over 20\.\d ms: 6\.6 um",
     "string_on_belt": r"10 modes: 109\.45 Hz, slips for 0\.2016(.|\n)*30 modes: 109\.8\d Hz, slips for 0\.15\d\d(.|\n)*Helmholtz: 110\.00 Hz, slips for 0\.1300",
+    "table_on_three_feet": r"0\.6: moves at (5\.878377) m/s2, by the least work at \1\n(.*) turned by -?0\.000 degrees\n(.*) at (4\.840715) m/s2, by the least work at \4\n(.*)turned by -0\.314",
     "vibration_across": r"r = 1: (0\.83463) of the friction is left, closed form \1",
     "violin_bow": r"0\.4 m/s: sticks and slips 35\d",
     "which_parameter_matters": r"Most of the scatter comes from mu_s",

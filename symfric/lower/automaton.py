@@ -142,6 +142,11 @@ class Automaton:
         """Whether the forces of one contact accelerate the slip of another."""
         return self.gauge.nnz_out("slopes") > 0
 
+    @property
+    def has_feet(self) -> bool:
+        """Whether contacts in the plane may be feet of one body, which `symfric.solve.loop.modes.feet` decides on."""
+        return len(self.planes) > 0 and self.coupled and self.impact is None
+
 
 def arguments_of(field: ca.Function) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:
     """Return symbols ``(y, t, p, m)`` for the arguments of a field."""

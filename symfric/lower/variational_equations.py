@@ -19,7 +19,7 @@ import casadi as ca
 import sympy as sp
 
 from symfric.lower.automaton import Automaton, VariedField, arguments_of
-from symfric.lower.constraint_forces import HOLDS, hold
+from symfric.lower.constraint_forces import FOLLOWS, HOLDS, hold
 from symfric.lower.mode_layout import direction
 from symfric.lower.planes import STARTS
 from symfric.lower.printer import Printer, Switches
@@ -39,12 +39,14 @@ class Variations:
         Its states are ``[y; V_1; V_2; ...]``, its rows those of the original and then the derivatives, at a fixed time,
         of the first ones that are followed, row by row, one for each direction.
     jump : casadi.Function
-        ``([y; V; t], [p; m_before; m_after; hit; given; impact]) -> (V, tau, rows, slope, mismatch, slip)`` with the
-        flags of the guards that were hit, and the data of the impact of contacts that open: the derivatives after the
+        ``([y; V; t], [p; m_before; m_after; hit; given; limit; impact]) -> (V, tau, rows, slope, mismatch, slip)``
+        with the flags of the guards that were hit, what feet that give way tell of their limit surface, see
+        `_room_of_feet`, and the data of the impact of contacts that open: the derivatives after the
         event; those of its time, (n_s,); what it adds to those of the integrals of the rows followed, (n_f, n_s), row
         by row; the rate of every guard before the event and by how much (relative) its own time moves otherwise than
         tau; the derivatives of the slips before they are held, (n_c, n_s), row by row; how far (relative) a direction
-        moves the state off zero of each gap, and off the edge of each switch at which a load jumps. If there are
+        moves the state off zero of each gap, and off the edge of each switch at which a load jumps; the rate at which
+        feet lose their room. If there are
         crossings, `given` is [1; tau] where the derivatives of the time are those of an event before, which made a
         guard jump across zero, and zero otherwise.
     start : casadi.Function
@@ -190,10 +192,21 @@ def _jump(
         any_before = ca.fmax(any_before, hit[g])
     first = ca.vertcat(*firsts) if firsts else ca.SX(0, 1)
     divisor = ca.dot(first, slope) if n_g else ca.SX(0)
-    tau = ca.if_else(any_before > 0.5, -(first.T @ gain) / divisor, 0) if n_g else ca.SX.zeros(1, V.shape[1])
+    tau, moves = ca.SX.zeros(1, V.shape[1]), any_before > 0.5
+    if n_g:
+        tau = -(first.T @ gain) / ca.if_else(moves, divisor, 1)
+    limit = ca.SX.sym("limit", 3 * n_c if automaton.has_feet else 0)
+    falls = ca.SX(0, 1)
+    if automaton.has_feet:
+        room = _room_of_feet(automaton, y, t, p, before, limit)
+        falls = ca.jacobian(room, y) @ rate + ca.jacobian(room, t)
+        ends = ca.sumsqr(limit[:n_c]) > 0
+        tau = ca.if_else(ends, -ca.densify(along(room)) / ca.if_else(ends, falls, 1), tau)
     given = ca.SX.sym("given", 1 + V.shape[1] + W.shape[1] if layout.first_crossing < n_g else 0)
     if given.numel():
         tau = ca.if_else(given[0] > 0.5, given[1 : 1 + V.shape[1]].T, tau)
+        moves = ca.logic_or(moves, given[0] > 0.5)
+    tau = ca.if_else(moves, tau, 0)  # outermost: rates that are no numbers, at the start, then do not count
     moved = along(then) + (ca.jtimes(then, y, rate) + ca.jacobian(then, t) - next_rate) @ tau
     jumps = (rows - next_rows)[:followed] @ tau
     both = slope @ tau
@@ -212,7 +225,7 @@ def _jump(
         for k in range(V.shape[1]):
             moved[u, k] += hold(J, back, rest, slips[:, k], stick, tested=False)[1]
     state = ca.vertcat(y, ca.vec(V), ca.vec(W), t)
-    data = ca.vertcat(p, before, after, hit, given, struck)
+    data = ca.vertcat(p, before, after, hit, given, limit, struck)
     n_w = W.shape[1]  # zero for columns without second derivatives
     tau = ca.vertcat(tau.T, ca.SX.zeros(n_w))
     jumps, slips = (ca.horzcat(e, ca.SX.zeros(e.shape[0], n_w)) for e in (jumps, slips))
@@ -225,8 +238,38 @@ def _jump(
         off = [ca.mmax(ca.fabs(away[k, :])) / (ca.mmax(most[k, :]) + 1e-300) for k in range(borders.numel())]
     if constrained:
         off[: len(layout.openings)] = [ca.SX(0)] * len(layout.openings)
-    out = ca.vertcat(ca.vec(moved), ca.vec(W), tau, flat(jumps), slope, mismatch, flat(slips), *off)
+    out = ca.vertcat(ca.vec(moved), ca.vec(W), tau, flat(jumps), slope, mismatch, flat(slips), *off, falls)
     return ca.Function("jump", [state, data], [ca.densify(out)], {"cse": True})
+
+
+def _room_of_feet(automaton: Automaton, y: ca.SX, t: ca.SX, p: ca.SX, before: ca.SX, limit: ca.SX) -> ca.SX:
+    """Return how far feet that stick are inside their limit surface, in the motion in which they give way.
+
+    Any forces within the bounds do less work in it than the largest ones, ``sum_i b_i |z_i|`` with the slips z: with
+    the slip accelerations a without forces of the feet, ``z = A eta`` and ``A = J M^-1 J^T``, the room is
+
+        sum_i b_i |z_i| - eta^T a = -eta^T (a + A lambda),
+
+    where the forces lambda are on their bounds against the slip, and any that hold for contacts without one. It is zero
+    at the end of the sticking, and least in this motion, whose change therefore does not move that end.
+
+    Parameters
+    ----------
+    automaton : Automaton
+    y, t, p : SX
+    before : SX
+        The mode in which they stick.
+    limit : SX, shape (3 n_c,)
+        eta; the forces that are on their bounds, divided by these; the others.
+    """
+    n_c = len(automaton.contacts)
+    gauge = dict(zip(automaton.gauge.name_out(), automaton.gauge(y, t, p), strict=True))
+    flags = ca.if_else(before[:n_c] > 0.5, FOLLOWS, before[:n_c])
+    rate = automaton.field(y, t, p, ca.vertcat(flags, before[n_c:]))[0]
+    free = ca.jtimes(gauge["w"], y, rate) + ca.jacobian(gauge["w"], t)
+    eta, part, fixed = ca.vertsplit(limit, n_c)
+    forces = part * gauge["limits"][:n_c] + fixed
+    return -ca.dot(eta, free + ca.reshape(gauge["coupling"], n_c, n_c) @ forces)
 
 
 def _held_after_impact(

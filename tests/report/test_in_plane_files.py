@@ -133,6 +133,22 @@ def test_paths_are_those_of_the_coordinates_that_slip(path):
     assert line == pytest.approx(np.column_stack([at[0] - at[1], at[2] - at[3]]), abs=1e-15)
 
 
+def test_paths_of_feet_that_turn_are_their_places():
+    """Where a foot goes follows from its slip: the place whose rate that is, with the angle."""
+    x, y, phi, u, v, omega = sp.symbols("x y phi u v omega", real=True)
+    a, b = sp.symbols("a b", positive=True)
+    turned = u - omega * (a * sp.sin(phi) + b * sp.cos(phi)), v + omega * (a * sp.cos(phi) - b * sp.sin(phi))
+    steered = u * sp.cos(phi) + v * sp.sin(phi), v * sp.cos(phi) - u * sp.sin(phi)  # of no place
+    law = sf.laws.coulomb(0.3)
+    feet = [sf.Contact("foot", turned, 1, law), sf.Contact("wheel", steered, 1, law)]
+    system = sf.System([x, y, phi], [u, v, omega], sp.eye(3), [0, 0, 0])
+    scene = sf.Scene(system, feet, {a: 0.5, b: 0.25}, dict.fromkeys([*system.q, *system.u], 0), 1.0)
+    (path,) = paths_in_plane(scene)
+    assert path.contacts == ("foot",)
+    assert sp.simplify(path.across - (x + 0.5 * sp.cos(phi) - 0.25 * sp.sin(phi))) == 0
+    assert sp.simplify(path.up - (y + 0.5 * sp.sin(phi) + 0.25 * sp.cos(phi))) == 0
+
+
 def test_the_sketch_has_each_direction(path):
     diagram = diagram_of(read_scene_file(path).scene)
     assert {s.name for s in diagram.surfaces} == {"belt, 0", "belt, 1", "rail"}

@@ -264,6 +264,7 @@ class Feet(ArraySet):
     pivot: Integers  # these, in their order
     rank: Integers  # and their number, (1,)
     sticks: Integers  # whether it has no acceleration
+    yields: Integers  # whether it slips although it seemed to stick
     factor: Matrix  # L, (n_c, n_c)
     size: Reals  # size of its rows in L
     target: Reals  # zeta_0
@@ -285,3 +286,4 @@ class Feet(ArraySet):
     part: Reals  # turns about these
     left: Reals  # right-hand sides of the equations
     turn: Reals  # times the friction, how far each direction turns
+    limit: Reals  # of an end of the sticking, what `symfric.lower.variational_equations` tells, (3 n_c,); else zero

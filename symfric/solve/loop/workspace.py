@@ -351,6 +351,7 @@ def _feet(automaton: Automaton) -> Feet:
         pivot=n,
         rank=1,
         sticks=n,
+        yields=n,
         factor=(n, n),
         size=n,
         target=n,
@@ -372,6 +373,7 @@ def _feet(automaton: Automaton) -> Feet:
         part=n_p,
         left=n_p,
         turn=n_p,
+        limit=3 * n if automaton.has_feet else 0,
     )
 
 

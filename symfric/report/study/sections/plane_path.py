@@ -1,6 +1,6 @@
 """The path of a body in the plane in which one of its contacts slides."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +22,7 @@ class PlanePath:
     contacts : tuple of str
         Which slide along these directions.
     across, up : Expr
-        Of the coordinates, linear: those whose rates are the two slips, without the speed of the table.
+        Of the coordinates: those whose rates are the two slips, without the speed of the table.
     """
 
     contacts: tuple[str, ...]
@@ -31,16 +31,26 @@ class PlanePath:
 
 
 def paths_in_plane(scene: Scene) -> list[PlanePath]:
-    """Return the paths of a scene, one for contacts in the plane with the same directions, which must be constant."""
+    """Return the paths of a scene, one for contacts in the plane that go the same ways; also of feet that turn."""
     contacts: dict[tuple[sp.Expr, sp.Expr], list[str]] = {}
-    system = scene.system
+    system, values = scene.system, scene.parameter_values()
     for contact in (c for c in scene.contacts if c.in_plane):
-        slopes = [[w.diff(u) for u in system.u] for w in contact.slips]
-        if any(e.free_symbols for row in slopes for e in row):
-            continue
-        across, up = (sp.Add(*(e * q for e, q in zip(row, system.q, strict=True))) for row in slopes)
-        contacts.setdefault((across, up), []).append(contact.name)
+        slopes = [[w.diff(u).xreplace(values) for u in system.u] for w in contact.slips]
+        ends = [_place(row, system.q) for row in slopes]
+        if ends[0] is not None and ends[1] is not None:
+            contacts.setdefault((ends[0], ends[1]), []).append(contact.name)
     return [PlanePath(tuple(names), *ends) for ends, names in contacts.items()]
+
+
+def _place(slopes: Sequence[sp.Expr], q: Sequence[sp.Symbol]) -> sp.Expr | None:
+    """Return the function of the coordinates with these derivatives, None if there is none in closed form."""
+    place: sp.Expr = sp.S.Zero
+    for e, own in zip(slopes, q, strict=True):
+        if not e.free_symbols <= set(q):
+            return None
+        place += sp.integrate(e - place.diff(own), own)
+    told = not place.has(sp.Integral)
+    return place if told and all(sp.simplify(place.diff(k) - e) == 0 for e, k in zip(slopes, q, strict=True)) else None
 
 
 def path_picture(motion: SampledMotion, path: PlanePath, units: Mapping[str, str]) -> Picture:

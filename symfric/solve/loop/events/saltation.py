@@ -60,7 +60,7 @@ def remember(w: LoopArrays, n_x: int) -> None:
 def _given(w: LoopArrays) -> int:
     """Return where the derivatives of the time of an event before are told, -1 if the jump does not ask for them."""
     last = w.p.size + 2 * w.m.size + w.guards.hit.size
-    return last if w.saltation.before.size - _of_impacts(w) > last else -1
+    return last if w.saltation.before.size - _of_impacts(w) - w.feet.limit.size > last else -1
 
 
 @compiled(inline=True)
@@ -80,6 +80,8 @@ def jump(w: LoopArrays, n_x: int, n_c: int, starting: bool) -> None:
     struck = w.saltation.before.size - n_k
     for k in range(n_k):
         w.saltation.before[struck + k] = w.impacts.asked[w.p.size + k]
+    for k in range(w.feet.limit.size):
+        w.saltation.before[struck - w.feet.limit.size + k] = w.feet.limit[k]
     if starting:
         forget_closed(w, struck)
     state = w.saltation.left.ctypes.data if w.saltation.left.size else w.y.ctypes.data
@@ -135,7 +137,10 @@ def give_up_derivatives(w: LoopArrays, n_x: int) -> None:
 def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
     """Count an event without derivatives: a graze, simultaneous events, or an immediately following one."""
     n_m, n_g, first, given = w.m.size, w.guards.hit.size, w.p.size, _given(w)
-    changed = False
+    changed, give_way = False, _feet_give_way(w)
+    if give_way:  # the rate of their room, a part of the largest work of their forces
+        rate = abs(w.saltation.after[w.saltation.after.size - 1])
+        w.counts.doubts += rate * natural_time(w) <= (2.0 * w.clock.tolerance) ** 0.5
     for i in range(n_c):
         slipped, slips = w.saltation.before[first + i] < 0.5, w.m[i] < 0.5
         w.counts.doubts += slipped and w.m[i] == STARTS  # it stopped and started at once
@@ -161,6 +166,8 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
             continue
         if is_along_line(w, g) and (_only_passes(w, contact_of(g)) or _hands_on(w, contact_of(g))):
             continue
+        if is_along_line(w, g) and give_way and w.saltation.before[first + contact_of(g)] > 0.5:
+            continue
         slow = (
             abs(w.saltation.after[slopes + g]) * natural_time(w) <= (2.0 * w.clock.tolerance) ** 0.5 * w.scale[n_x + g]
         )
@@ -174,6 +181,15 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
 def _only_passes(w: LoopArrays, i: int) -> bool:
     """Whether contact i slips in the plane, and its speed was zero up to the error of a step only."""
     return w.contacts.partner[i] >= 0 and w.m[i] == 0.0 and w.saltation.before[w.p.size + i] == 0.0
+
+
+@compiled(inline=True)
+def _feet_give_way(w: LoopArrays) -> bool:
+    """Whether feet have reached their limit surface at this event."""
+    found = False
+    for k in range(w.feet.limit.size // 3):
+        found = found or w.feet.limit[k] != 0.0
+    return found
 
 
 @compiled(inline=True)

@@ -31,6 +31,7 @@ _AT_LIMIT = 1e-6  # distance of a force from its bound, relative, that is one at
 AGREES = 1e-9  # error of forces and accelerations, relative, of a solution
 _FAR = 1e5  # virtual slip, relative, from which on contacts that would not slip are left out
 _INSIDE = 1e-3  # of these the least distance of a force from its bound, relative
+_TAKES = 1e-5  # distance of a force from its bound, relative, far larger than the rounding that it takes
 _FARTHEST = 1e14  # virtual slip, relative, beyond which forces are on the limit surface
 _INSTANT = 1e-6  # part of the scale of time over which rates are differences
 
@@ -41,34 +42,29 @@ def room_left(w: LoopArrays, n_c: int) -> float:
 
     The answer is relative, negative if there are no such forces. Near the limit contacts that would not slip there,
     such as a foot about which a body turns, are left out: their forces follow from those of the others, and the virtual
-    slip, which is large, leaves them at rest.
+    slip, which is large, leaves them at rest. One whose force is beyond its bound then slips after all.
     """
-    f, held = w.feet, 0
+    f = w.feet
     aim(w)
-    for k in range(f.rank[0]):
-        f.point[0, k] = 0.0
     for i in range(n_c):
-        f.sticks[i] = 0
-    minimise(w, n_c, 1.0, 1.0, 0, _FAR)
-    _compute_forces(w, n_c)
-    if largest_slip(w, n_c) > _FAR:
+        f.yields[i] = 0
+    for _ in range(n_c + 1):
+        for k in range(f.rank[0]):
+            f.point[0, k] = 0.0
         for i in range(n_c):
-            if is_first(w, i):
-                j = w.contacts.partner[i]
-                force = abs(f.hold[i]) if j < 0 else np.hypot(f.hold[i], f.hold[j])
-                f.sticks[i] = force < w.planes.bound[i] * (1.0 - _INSIDE)
-                if j >= 0:
-                    f.sticks[j] = f.sticks[i]
-        held = held_directions(w, n_c)
-        if held == f.rank[0]:
-            for i in range(n_c):
-                f.sticks[i] = 0
-            held = 0
-        leave_free(w, f.point[0], held)
+            f.sticks[i] = 0
+        minimise(w, n_c, 1.0, 1.0, 0, _FAR)
+        _compute_forces(w, n_c)
+        if not largest_slip(w, n_c) > _FAR:
+            break
+        held = _leave_out(w, n_c)
         minimise(w, n_c, 1.0, 1.0, held, _FARTHEST)
         _compute_forces(w, n_c)
         if held > 0:
             _complete_forces(w, n_c, held)
+        if not _one_yields(w, n_c):
+            _balance(w, n_c)
+            break
     reach, pushed = 0.0, 0.0
     for i in range(n_c):
         if is_active(w, i):
@@ -77,6 +73,62 @@ def room_left(w: LoopArrays, n_c: int) -> float:
     for k in range(f.rank[0]):
         pushed += f.target[k] * f.point[0, k]
     return 1.0 - pushed / reach if reach > 0.0 else (1.0 if pushed == 0.0 else -1.0)
+
+
+@compiled(inline=True)
+def _size_of_force(w: LoopArrays, i: int) -> float:
+    """Return the magnitude of the force of a contact."""
+    j = w.contacts.partner[i]
+    return abs(w.feet.hold[i]) if j < 0 else float(np.hypot(w.feet.hold[i], w.feet.hold[j]))
+
+
+@compiled
+def _leave_out(w: LoopArrays, n_c: int) -> int:
+    """Leave out the contacts that would not slip at the limit; return how many directions they hold."""
+    f = w.feet
+    for i in range(n_c):
+        if is_first(w, i):
+            j = w.contacts.partner[i]
+            f.sticks[i] = f.yields[i] == 0 and _size_of_force(w, i) < w.planes.bound[i] * (1.0 - _INSIDE)
+            if j >= 0:
+                f.sticks[j] = f.sticks[i]
+    held = held_directions(w, n_c)
+    if held == f.rank[0]:
+        for i in range(n_c):
+            f.sticks[i] = 0
+        held = 0
+    leave_free(w, f.point[0], held)
+    return held
+
+
+@compiled
+def _one_yields(w: LoopArrays, n_c: int) -> bool:
+    """Mark contacts that were left out although they are on their bounds; return whether there are any."""
+    found = False
+    for i in range(n_c):
+        if is_first(w, i) and w.feet.sticks[i]:
+            w.feet.yields[i] = not _size_of_force(w, i) < w.planes.bound[i] * (1.0 - 0.5 * _INSIDE)
+            found = found or w.feet.yields[i] != 0
+    return found
+
+
+@compiled
+def _balance(w: LoopArrays, n_c: int) -> None:
+    """Let the contacts inside their bounds take the rounding of the large virtual slip, which is in their forces."""
+    f = w.feet
+    for i in range(n_c):
+        f.yields[i] = f.sticks[i]
+    for i in range(n_c):
+        if is_first(w, i):
+            j = w.contacts.partner[i]
+            f.sticks[i] = _size_of_force(w, i) < w.planes.bound[i] * (1.0 - _TAKES)
+            if j >= 0:
+                f.sticks[j] = f.sticks[i]
+    held = held_directions(w, n_c)
+    if held > 0:
+        _complete_forces(w, n_c, held)
+    for i in range(n_c):
+        f.sticks[i] = f.yields[i]
 
 
 @compiled
@@ -138,10 +190,65 @@ def leave_at_limit(w: LoopArrays, n_c: int) -> bool:
         return False
     for i in range(n_c):
         if is_first(w, i):
-            j = w.contacts.partner[i]
-            force = abs(w.feet.hold[i]) if j < 0 else np.hypot(w.feet.hold[i], w.feet.hold[j])
-            w.planes.leaves[i] = force >= w.planes.bound[i] * (1.0 - _AT_LIMIT)
+            w.planes.leaves[i] = _size_of_force(w, i) >= w.planes.bound[i] * (1.0 - _AT_LIMIT)
+    _tell_limit(w, n_c)
     return True
+
+
+@compiled
+def forget_limit(w: LoopArrays) -> None:
+    """Forget the last end of a common sticking."""
+    for i in range(w.feet.limit.size):
+        w.feet.limit[i] = 0.0
+
+
+@compiled
+def rate_of_start(w: LoopArrays, n_x: int, n_c: int) -> float:
+    """Return the rate at which contacts that give way together accelerate, along the slips of their motion.
+
+    Of any single one ``w.probe`` does not tell it: the directions of all turn, but give no force along this motion.
+    """
+    total = 0.0
+    for i in range(n_c):
+        total += w.feet.limit[i] * w.probe[n_x + backward(i), 2]
+    return total
+
+
+@compiled
+def gives_way(w: LoopArrays, n_c: int, i: int) -> bool:
+    """Whether contact i starts at the end of a common sticking."""
+    j = w.contacts.partner[i]
+    if w.feet.limit.size == 0:
+        return False
+    return w.feet.limit[n_c + i] != 0.0 or (j >= 0 and w.feet.limit[n_c + j] != 0.0)
+
+
+@compiled
+def _tell_limit(w: LoopArrays, n_c: int) -> None:
+    """Tell the motion in which contacts give way at the end of a common sticking, and their forces.
+
+    The motion is scaled such that the largest forces do the work 1.
+    """
+    f, reach = w.feet, 0.0
+    for i in range(n_c):
+        if is_first(w, i):
+            j = w.contacts.partner[i]
+            reach += w.planes.bound[i] * np.hypot(slip_of(w, i, 0), slip_of(w, j, 0) if j >= 0 else 0.0)
+    for i in range(3 * n_c):
+        f.limit[i] = 0.0
+    for k in range(f.rank[0] - 1, -1, -1):
+        rest = f.point[0, k]
+        for n in range(k + 1, f.rank[0]):
+            rest -= f.factor[f.pivot[n], k] * f.limit[f.pivot[n]]
+        f.limit[f.pivot[k]] = rest / f.factor[f.pivot[k], k]
+    for i in range(n_c):
+        f.limit[i] /= reach
+        first = i - 1 if 0 <= w.contacts.partner[i] < i else i
+        at_bound = f.among[i] != 0 and w.planes.leaves[first] != 0 and w.planes.bound[i] > 0.0
+        if at_bound:
+            f.limit[n_c + i] = f.hold[i] / w.planes.bound[i]
+        elif f.among[i]:
+            f.limit[2 * n_c + i] = f.hold[i]
 
 
 @compiled

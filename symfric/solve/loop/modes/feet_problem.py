@@ -108,7 +108,7 @@ def _solve_free_step(w: LoopArrays, held: int) -> float:
     """Compute Newton's step in the directions that are not held; return its decrement."""
     f, n = w.feet, w.feet.rank[0]
     leave_free(w, f.slope, held)
-    for k in range(n):  # curvatures among the free directions, one in the held ones
+    for k in range(n):  # curvatures among the free directions, their sum in the held ones
         leave_free(w, f.matrix[k], held)
     for c in range(n):
         for h in range(held):
@@ -117,10 +117,13 @@ def _solve_free_step(w: LoopArrays, held: int) -> float:
                 part += f.kept[h, k] * f.matrix[k, c]
             for k in range(n):
                 f.matrix[k, c] -= part * f.kept[h, k]
+    size = 0.0  # near the limit surface curvatures are tiny, and lost beside numbers of another size
+    for k in range(n):
+        size += f.matrix[k, k]
     for h in range(held):
         for k in range(n):
             for c in range(n):
-                f.matrix[k, c] += f.kept[h, k] * f.kept[h, c]
+                f.matrix[k, c] += size * f.kept[h, k] * f.kept[h, c]
     gained = solve_step(w)
     leave_free(w, f.step, held)
     return gained

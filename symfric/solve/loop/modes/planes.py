@@ -23,7 +23,14 @@ from symfric.solve.loop.codes import COUPLING, OK, UNDECIDED
 from symfric.solve.loop.events.time_steps import step_over
 from symfric.solve.loop.modes.contradiction import contradiction
 from symfric.solve.loop.modes.feet import accelerate
-from symfric.solve.loop.modes.feet_forces import carry, leave_at_limit, tell_forces
+from symfric.solve.loop.modes.feet_forces import (
+    carry,
+    forget_limit,
+    gives_way,
+    leave_at_limit,
+    rate_of_start,
+    tell_forces,
+)
 from symfric.solve.loop.modes.feet_slips import are_redundant
 from symfric.solve.loop.modes.layout import backward, forward, turn, way
 from symfric.solve.loop.modes.mode_selection import change_switch, loads_hold, mark_fresh
@@ -106,6 +113,7 @@ def _decide(w: LoopArrays, n_x: int, n_c: int) -> int:
         p.leaves[i] = undecided(w, i) and w.selection.old[i] == 0 and _was_hit(w, i)
     leave_together(w, n_c)
     join(w, n_c)
+    forget_limit(w)
     feet, fell = are_redundant(w, n_c), False
     for i in range(n_c):
         fell = fell or p.leaves[i] != 0
@@ -115,7 +123,6 @@ def _decide(w: LoopArrays, n_x: int, n_c: int) -> int:
         _free(w, n_x, n_c)
         if feet and fell:
             ends, fell = leave_at_limit(w, n_c), False
-            w.counts.doubts += ends and w.limits.varied > 0  # the guard of one foot does not tell how its time moves
             for i in range(n_c):
                 p.leaves[i] *= ends
                 p.returned[i] = p.returned[i] if ends else _RETURNS  # forces that hold have been found
@@ -351,7 +358,9 @@ def _contradicts(w: LoopArrays, n_x: int, n_c: int) -> bool:
         g, j, slips = n_x + backward(i), w.contacts.partner[i], w.m[i] < 0.5
         if slips and p.leaves[i] and _speeding(w, i) <= _nothing(w, i):
             rise = w.probe[g, 2]  # of a contact along a line already in the direction of its slip
-            if j >= 0:
+            if gives_way(w, n_c, i):
+                rise = rate_of_start(w, n_x, n_c)
+            elif j >= 0:
                 v = p.variable[i]
                 rise = w.m[v] * w.probe[g, 2] + w.m[v + 1] * w.probe[n_x + backward(j), 2]
             if rise < 0.0:
