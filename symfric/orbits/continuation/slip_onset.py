@@ -21,6 +21,8 @@ KIND = "slip-onset"
 _TRIALS, _CLOSE = 60, 1e-13  # most orbits, and width relative to the unknowns at which the search ends
 # of the range over which the slider sticks: below which it counts as slipping, what the search aims at, and accepts
 _REACHED, _AIM, _ENOUGH = 1e-12, 1e-11, 3e-11
+_LENGTHS = (1e-5, 1e-4, 1e-3, 1e-2)  # distances, in spans of the parameter, at which an orbit beyond an onset is sought
+_NEAR = 0.01  # largest distance of the onset from the last orbit of a walk, in units of the unknowns
 
 
 class SlipOnset(NamedTuple):
@@ -52,6 +54,42 @@ def slip_onsets(system: ShootingSystem, springs: Mapping[int, Widest], one: Poin
     return sorted(onsets, key=lambda onset: float((onset.point.z - one.z) @ chord))
 
 
+def stuck_ahead(
+    system: ShootingSystem, springs: Mapping[int, Widest], point: Point, way: np.ndarray, size: np.ndarray
+) -> Point | None:
+    """Return an orbit just beyond the onset at which a walk of orbits that slip has stopped; None if there is none.
+
+    The slip of these ends like a root there, so that no step along the branch leads across.
+
+    Parameters
+    ----------
+    system : ShootingSystem
+    springs : mapping of int to Widest
+        Of the contacts, see `widest_ranges`.
+    point : Point
+        The last orbit.
+    way : ndarray, shape (n_z,)
+        Direction of the walk.
+    size : ndarray, shape (n_z,)
+        Units of the unknowns.
+    """
+    alone = np.append(np.zeros(point.z.size - 1), 1.0)
+    ahead = 1.0 if way[-1] >= 0 else -1.0
+    for place, widest in springs.items():
+        spring = _Spring(system, place, widest)
+        if spring.sticks(point):
+            continue
+        for distance in (sign * length * size[-1] for length in _LENGTHS for sign in (ahead, -ahead)):
+            through = point.z + distance * alone
+            try:
+                beyond = solve(system, spring.centred(through, point), alone, through=through)
+            except NotFound:
+                continue
+            if spring.sticks(beyond) and np.max(np.abs((spring.onset(beyond, point).z - point.z) / size)) < _NEAR:
+                return beyond
+    return None
+
+
 def passes_the_start(one: Passage, other: Passage) -> bool:
     """Whether an event passes from the end of the period to its start, or back.
 
@@ -81,7 +119,7 @@ class _Spring(NamedTuple):
         left = self.left(point)
         return self.place in point.passage.idle if np.isnan(left) else left > _REACHED
 
-    def _centred(self, guess: np.ndarray, near: Point) -> np.ndarray:
+    def centred(self, guess: np.ndarray, near: Point) -> np.ndarray:
         """Return a guess whose elongation is that of an orbit nearby, with its mean between the limits.
 
         The mean of a slider that sticks is free, and near the onset only this one is possible.
@@ -109,7 +147,7 @@ class _Spring(NamedTuple):
                 share = 0.5 * (low + high)
             try:
                 through = stuck.z + share * chord
-                middle = solve(self.system, self._centred(through, best), normal, 12, through)
+                middle = solve(self.system, self.centred(through, best), normal, 12, through)
             except NotFound:
                 high = share
                 continue

@@ -196,6 +196,10 @@ class Impacts(ArraySet):
     rates: Reals
     factor: Matrix  # factorisation of the coupling of all contacts that hold, (n_c + n_n, n_c + n_n)
     held: Integers  # these contacts in its order
+    flight_m: Reals  # mode of the flights of bounces that died out
+    last_y: Reals  # state, up to its derivatives, at their end
+    late: Reals  # derivatives of the time until then, (n_s,)
+    strikes: Matrix  # times of the last two impacts of each, first the earlier one, each before its derivatives, or -1
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
