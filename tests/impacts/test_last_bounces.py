@@ -123,3 +123,14 @@ def test_a_shaken_floor_and_many_cases():
         run = tight.run({"e": e})
         assert batch["normal"][k] == pytest.approx(run["normal"], rel=1e-6)
         assert batch["square"][k] == pytest.approx(run["square"], rel=1e-6)
+
+
+@pytest.mark.parametrize("e", [1e-3, 0.02])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
+def test_derivatives_if_the_first_bounces_are_the_last(e, tolerance):
+    run = sf.simulate(thrown(e, u=0.0), tolerance=tolerance, sensitivities=["e", "g", "y"]).checked()
+    at = rest(e)
+    for key, slope in {"e": 2 * at / (1 - e**2), "g": -at / (2 * 9.81), "y": at / 2}.items():
+        assert run.output_sensitivities["stop"][key] == pytest.approx(slope, rel=1e-8), key
+        weight = (END - at if key == "g" else 0.0) - 9.81 * slope
+        assert run.output_sensitivities["normal"][key] == pytest.approx(weight, rel=1e-8), key

@@ -30,7 +30,7 @@ from symfric.solve.loop.modes.opening_selection import settle_openings
 from symfric.solve.loop.modes.planes import settle_planes
 from symfric.solve.loop.precision import EPS, STRETCH
 from symfric.solve.loop.recording.accumulation import accumulate
-from symfric.solve.loop.recording.last_flights import count_flights, end_of_bounces, forget_strikes, note_strikes
+from symfric.solve.loop.recording.last_flights import count_flights, vary_end
 from symfric.solve.loop.recording.trajectory import store_event, store_step
 from symfric.solve.loop.run_rules import begin_counting, begin_values, budget, pause
 from symfric.solve.loop.stepping.calls import expand, prelude
@@ -71,8 +71,6 @@ def reset(w: LoopArrays) -> None:
         w.observed.total[e, 2] = 0.0
         w.saltation.rise[e, 0], w.saltation.rise[e, 1] = 0.0, 0.0
     begin_values(w)
-    if w.openings.variable.size:
-        forget_strikes(w)
     w.saltation.tau[:] = 0.0
     w.rest[:] = 0.0
 
@@ -241,10 +239,9 @@ def _switch(w: LoopArrays, n_x: int, n_c: int) -> int:
     keep_scales(w, n_x, n_c)
     late = w.clock.late if w.openings.variable.size else 0.0
     if late > 0.0:
-        end_of_bounces(w, n_x)
+        if w.limits.varied:
+            vary_end(w, n_x)
         count_flights(w, n_x)
-    if w.limits.varied and w.openings.variable.size:
-        note_strikes(w, n_x)
     at_rest = n_c > 0 or w.openings.variable.size > 0
     for i in range(n_c):
         new = mode(w, i)

@@ -248,7 +248,10 @@ def make_arrays(
             answer=automaton.n_y + layout.n_mode + others if layout.others else 0,
         ),
         openings=Openings(
-            variable=_numbers(layout.openings), line=_numbers(lines), number=_numbers(layout.shown_openings)
+            variable=_numbers(layout.openings),
+            line=_numbers(lines),
+            number=_numbers(layout.shown_openings),
+            direction=_numbers([-2] * n_x if impact else []),
         ),
         impacts=Impacts.zeros(
             asked=n_p + impact.numel_in(3) if impact else 0,
@@ -268,9 +271,10 @@ def make_arrays(
             factor=(n_n + n_c, n_n + n_c) if impact else (0, 0),
             held=n_n + n_c if impact else 0,
             flight_m=layout.n_mode if impact else 0,
+            last_m=layout.n_mode if impact else 0,
             last_y=n_x if impact else 0,
+            slope_y=n_x if impact else 0,
             late=n_x if impact else 0,
-            strikes=(n_n, 2 * (1 + n_x)) if impact else (0, 0),
         ),
         pivots=_pivots(n_n, n_c if impact else 0),
         planes=_planes(automaton),

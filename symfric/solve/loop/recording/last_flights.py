@@ -8,60 +8,93 @@ expression of the forces has the value that it has in flight. Integrals are ther
 .. math:: \int_t^T (f_{open} - f_{closed}) dt \approx \tfrac s2 (d(t) + d(T)), \quad d = f_{open} - f_{closed},
 
 both on the motion of the closed contact, with an error of the order of s^3. Derivatives of integrals are raised by the
-same of their rows and by ``d(T) T' - d(t) t'``. With the last two flights a and b, one after the other, the times of the
-impacts give ``s = b^2/(a - b)`` (Aitken), whose derivative follows from those of these times.
+same of their rows and by ``d(T) T' - d(t) t'``, with s' from differences of the formula of s.
 """
+
+import numpy as np
 
 from symfric.codegen.numba_types import compiled
 from symfric.model.rows import INTEGRAL
 from symfric.solve.loop.arithmetic import summed
+from symfric.solve.loop.events.impacts import ask, field_of
+from symfric.solve.loop.modes.last_bounces import all_flights
 from symfric.solve.loop.stepping.calls import prelude, probe
 from symfric.solve.loop.stepping.series import PROBED
 from symfric.solve.loop.workspace import LoopArrays
 
-_LIKE = 0.1  # relative difference up to which the times of impacts tell the time at which bounces die out
+_PART = 1e-5  # relative change of state and parameters for the derivatives of the time of rest
 
 
 @compiled
-def forget_strikes(w: LoopArrays) -> None:
-    """Forget the impacts of a run before."""
-    for k in range(w.openings.variable.size):
-        w.impacts.strikes[k, 0], w.impacts.strikes[k, 1 + w.limits.varied] = -1.0, -1.0
+def vary_end(w: LoopArrays, n_x: int) -> None:
+    """Determine how the time in which bounces die out changes in every direction of differentiation.
 
-
-@compiled
-def end_of_bounces(w: LoopArrays, n_x: int) -> None:
-    """Determine how the time in which bounces die out changes in every direction of differentiation."""
-    n_s, now = w.limits.varied, w.y[n_x] + w.clock.t_low
-    for s in range(n_s):
-        w.impacts.late[s] = 0.0
-    for k in range(w.openings.variable.size):
-        first, second = w.impacts.strikes[k, 0], w.impacts.strikes[k, 1 + n_s]
-        a, b = second - first, now - second
-        if w.impacts.struck[k] == 0 or first < 0.0 or not a > b > 0.0:
-            continue
-        if abs(b * b / (a - b) - w.clock.late) > _LIKE * w.clock.late:
-            continue
-        ratio = b / (a - b)
-        for s in range(n_s):
-            before, last = w.impacts.strikes[k, 1 + s], w.impacts.strikes[k, 2 + n_s + s]
-            change_a, change_b = last - before, w.saltation.tau[s] - last
-            w.impacts.late[s] = 2.0 * ratio * change_b - ratio * ratio * (change_a - change_b)
-        return
-
-
-@compiled
-def note_strikes(w: LoopArrays, n_x: int) -> None:
-    """Store the times of the last two impacts of every contact, and their derivatives."""
+    The state before the impact, its time and the parameters are moved along a direction, to both sides, and the impact
+    and the flight after it computed again. The time is nearly linear in what moves.
+    """
     n_s = w.limits.varied
+    n_y = n_x // (1 + n_s)
+    for r in range(n_x):
+        w.impacts.last_y[r] = w.y[r]
+    for r in range(w.m.size):
+        w.impacts.last_m[r], w.m[r] = w.m[r], w.impacts.entry_m[r]
+    for r in range(n_x):
+        w.y[r] = w.impacts.entry_y[r]
+    _series(w)
+    for r in range(n_y):
+        w.impacts.slope_y[r] = w.probe[r, 1]
     for k in range(w.openings.variable.size):
-        if w.impacts.struck[k] == 0:
-            continue
-        for j in range(1 + n_s):
-            w.impacts.strikes[k, j] = w.impacts.strikes[k, 1 + n_s + j]
-        w.impacts.strikes[k, 1 + n_s] = w.y[n_x] + w.clock.t_low
-        for s in range(n_s):
-            w.impacts.strikes[k, 2 + n_s + s] = w.saltation.tau[s]
+        w.impacts.asked[field_of(w, 2, k)] = 1.0
+    for r in range(w.m.size):
+        w.m[r] = w.impacts.flight_m[r]
+    for s in range(n_s):
+        w.impacts.late[s] = _rise(w, n_x, s) if w.openings.direction[s] > -2 else 0.0
+    for r in range(n_x):
+        w.y[r] = w.impacts.last_y[r]
+    for r in range(w.m.size):
+        w.m[r] = w.impacts.last_m[r]
+    _series(w)
+
+
+@compiled
+def _rise(w: LoopArrays, n_x: int, s: int) -> float:
+    """Return the derivative of the time in which bounces die out in direction s."""
+    n_y, i, now = n_x // (1 + w.limits.varied), w.openings.direction[s], w.y[n_x]
+    given = w.p[i] if i >= 0 else 0.0
+    largest = 1.0 / abs(given) if given != 0.0 else 0.0
+    for r in range(n_y):
+        if w.scale[r] > 0.0:
+            largest = max(largest, abs(_moves(w, n_y, s, r)) / w.scale[r])
+    part = _PART / largest if largest > 0.0 else _PART
+    found = 0.0
+    for side in range(2):
+        change = part if side == 0 else -part
+        if i >= 0:
+            w.p[i] = given + change
+            w.impacts.asked[i] = w.p[i]
+        for r in range(n_y):
+            w.y[r] = w.impacts.entry_y[r] + change * _moves(w, n_y, s, r)
+        w.y[n_x] = now + change * w.saltation.tau[s]
+        ask(w)
+        for r in range(n_y):
+            w.y[r] = w.impacts.answer[r]
+        _series(w)
+        last = 0.0
+        for k in range(w.openings.variable.size):
+            if w.impacts.struck[k] != 0 and w.m[w.openings.variable[k]] > 0.5:
+                last = max(last, all_flights(w, n_x, k))
+        found += last / (2.0 * change)
+    if i >= 0:
+        w.p[i] = given
+        w.impacts.asked[i] = given
+    w.y[n_x] = now
+    return found if abs(found) < np.inf else np.nan
+
+
+@compiled(inline=True)
+def _moves(w: LoopArrays, n_y: int, s: int, r: int) -> float:
+    """Return how state r at the impact, at the time of that, changes in direction s."""
+    return w.impacts.entry_y[n_y * (1 + s) + r] + w.impacts.slope_y[r] * w.saltation.tau[s]
 
 
 @compiled
@@ -78,13 +111,17 @@ def count_flights(w: LoopArrays, n_x: int) -> None:
         for j in range(PROBED, -1, -1):
             w.impacts.last_y[r] = w.impacts.last_y[r] * length + w.probe[r, j]
     _count(w, n_x, 0.0, length, -1.0)
-    _fly(w)
+    for r in range(w.m.size):
+        w.m[r] = w.impacts.flight_m[r]
+    _series(w)
     _count(w, n_x, 0.0, length, 1.0)
     for r in range(n_x):
         w.y[r] = w.impacts.last_y[r]
     w.y[n_x] = begin + length
     _count(w, n_x, length, length, 1.0)
-    _rest(w)
+    for r in range(w.m.size):
+        w.m[r] = w.impacts.entry_m[r]
+    _series(w)
     _count(w, n_x, length, length, -1.0)
     for r in range(n_x):
         w.y[r] = w.impacts.entry_y[r]
@@ -93,19 +130,8 @@ def count_flights(w: LoopArrays, n_x: int) -> None:
 
 
 @compiled
-def _fly(w: LoopArrays) -> None:
-    """Compute the rows of the flights."""
-    for r in range(w.m.size):
-        w.m[r] = w.impacts.flight_m[r]
-    prelude(w)
-    probe(w)
-
-
-@compiled
-def _rest(w: LoopArrays) -> None:
-    """Compute the rows of the closed contact again."""
-    for r in range(w.m.size):
-        w.m[r] = w.impacts.entry_m[r]
+def _series(w: LoopArrays) -> None:
+    """Compute the first coefficients of all rows in the mode and with the parameters of the workspace."""
     prelude(w)
     probe(w)
 
