@@ -45,8 +45,9 @@ ADVICE = {
     Status.STEP_COLLAPSE: "the steps became too short to reach the horizon: the motion is singular here, or "
     "stiff beyond this route; look at the final state, or try route='integrators'",
     Status.CHATTER: "events pile up without time advancing: the contacts chatter, or a reset leaves its guard at "
-    "zero, from where it falls again; look at run.events[-20:], check that static friction is not smaller than kinetic "
-    "friction, and take a contact for impacts that come to rest",
+    "zero, from where it falls again, or a slip stays near a speed at which the slope of its law is infinite, as of an "
+    "averaged law at the intensity of the vibration; look at run.events[-20:], check that static friction is not "
+    "smaller than kinetic friction, and take a contact for impacts that come to rest",
     Status.NOT_FINITE: "the motion or a force is not finite; look at the final state, at values that make the mass "
     "zero or negative, and at divisions and roots in forces and integrals: the length of a slip is sf.slip(name), that "
     "of another vector has no series where it is zero",
@@ -65,8 +66,9 @@ ADVICE = {
     "sf.Held(..., waiting=...); or a period is not positive, a delay or an offset is negative, or the times of a reset "
     "do not increase from 0 on",
     Status.PAINLEVE: "the forces of contacts that open have no solution or several here (the paradox of Painleve): "
-    "friction lets a normal force press its own contact; lower the friction, change the geometry, or put a stiffness "
-    "in place of the rigid contact",
+    "friction lets a normal force press its own contact, or static friction above kinetic friction lets a slip in an "
+    "impact of several contacts both end and go on; lower the friction, take one coefficient for both, change the "
+    "geometry, or put a stiffness in place of the rigid contact",
     Status.MANY_CONTACTS: "so many contacts that open touch at once that their combinations cannot all be tried, and "
     "the method that goes from one of them to the next has found none that is right, which does not prove that there "
     "is none; lower the friction, leave out contacts that other ones make superfluous, take a given normal load where "

@@ -69,3 +69,37 @@ def test_two_joints_of_a_chain():
     assert branch.special[0].value == pytest.approx(forces[first], rel=1e-9)
     with pytest.raises(sf.SceneError, match="the onset of slip of 'joint0' has no curve|of 'joint1' has no curve"):
         sf.continue_special(branch.special[0], ("P", "P"), ((0.0, 1.0), (0.0, 1.0)))
+
+
+def responses():
+    """Elements (stiffness, limit) beside a unit mass, spring 1 and damping .004, and spans about the resonance."""
+    one, stiff, two = ([0.3], [0.4], (0.8, 1.4)), ([3.0], [0.4], (1.5, 2.4)), ([0.3, 0.5], [0.4, 0.1], (0.8, 1.6))
+    return [(*elements, force) for elements in (one, stiff, two) for force in (0.02, 0.05, 0.1)] + [(*stiff, 0.2)]
+
+
+@pytest.mark.one_in(5)
+@pytest.mark.parametrize("side", [0, 1])
+@pytest.mark.parametrize(("stiffness", "limits", "span", "force"), responses())
+def test_sharp_responses_of_laws_with_sliders(stiffness, limits, span, force, side):
+    """From either end of a wide span: the first element slips where the amplitude of the structure that sticks says."""
+    x, u = sp.symbols("x u", real=True)
+    system = sf.System([x], [u], [[1]], [-x - 0.004 * u + force * sp.cos(W * sf.TIME)])
+    joint = sf.Contact("joint", u, 1, sf.laws.maxwell_slip(stiffness, limits))
+    scene = sf.Scene(system, [joint], {W: span[side]}, {x: 0, u: 0}, 400.0)
+    branch = sf.frequency_response(scene, "W", span)
+    square = 1 + sum(stiffness)  # of the frequency at which it would resonate
+    most = min(limit / k for limit, k in zip(limits, stiffness, strict=True))
+    # (square - W^2)^2 + (.004 W)^2 = (force/most)^2, a quadratic equation of W^2
+    roots = np.sqrt(np.roots([1.0, 0.004**2 - 2 * square, square**2 - (force / most) ** 2]))
+    assert [s.kind for s in branch.special] == 2 * ["slip-onset"]
+    assert [s.value for s in branch.special] == pytest.approx(sorted(roots), rel=1e-9)
+
+
+def test_the_point_is_the_same_over_spans_of_all_widths():
+    x, u = sp.symbols("x u", real=True)
+    system = sf.System([x], [u], [[1]], [-x - 0.004 * u + 0.05 * sp.cos(W * sf.TIME)])
+    joint = sf.Contact("joint", u, 1, sf.laws.maxwell_slip([0.3], [0.4]))
+    scene = sf.Scene(system, [joint], {W: 1.15}, {x: 0, u: 0}, 400.0)
+    for span in ((1.14, 1.16), (1.12, 1.2), (0.5, 2.0)):
+        last = sf.frequency_response(scene, "W", span).special[-1]
+        assert last.value == pytest.approx(1.156379537, rel=1e-9), span

@@ -54,7 +54,7 @@ def test_a_ball_on_a_stop_without_friction(horizon, rests):
     floor = sf.Contact("floor", slip=None, normal=sf.Unilateral(X, restitution=0.5))
     system, start = sf.System([X], [U], [[1]], [-9.81]), {X: 1.0, U: 0.0}
     run = sf.simulate(sf.Scene(system, [floor], {}, start, horizon, {"stop": sf.StopTime()}), 1e-11)
-    if rests:  # bounces last sqrt(2 h/g) (1 + e)/(1 - e); the last ones are known to the root of the tolerance
-        assert run["stop"] == pytest.approx(3 * np.sqrt(2 / 9.81), abs=1e-5)
+    if rests:  # bounces last sqrt(2 h/g) (1 + e)/(1 - e)
+        assert run["stop"] == pytest.approx(3 * np.sqrt(2 / 9.81), abs=1e-12)
     else:
         assert np.isnan(run["stop"])

@@ -20,7 +20,7 @@ from symfric.orbits.continuation.discontinuity import (
 from symfric.orbits.continuation.grazing import grazing_ahead
 from symfric.orbits.continuation.hopf import vanishing_point
 from symfric.orbits.continuation.jump import settled_beyond
-from symfric.orbits.continuation.slip_onset import SlipOnset, passes_the_start, slip_onsets, widest_ranges
+from symfric.orbits.continuation.slip_onset import SlipOnset, across_onset, passes_the_start, slip_onsets, widest_ranges
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 from symfric.search import zero
 
@@ -145,6 +145,10 @@ class Walk:
             new, ends = step_along(self._system, point, way, step, size, self._limits, behind)
             half.end = "span" if ends else ""
             if new is None and step <= _LEAST:
+                beyond = across_onset(self._system, self._springs, point, way, size)
+                if beyond is not None:
+                    onsets = self._note_onsets(half, point, beyond)
+                    return beyond, self.tangent(beyond, beyond.z - onsets[-1].point.z), _FIRST
                 change = discontinuity_ahead(self._system, point, way, size, span)
                 if change is None or not (change.beyond or change.jump):
                     change = grazing_ahead(self._system, point, way, size, span) or change

@@ -30,6 +30,7 @@ from symfric.solve.loop.modes.opening_selection import settle_openings
 from symfric.solve.loop.modes.planes import settle_planes
 from symfric.solve.loop.precision import EPS, STRETCH
 from symfric.solve.loop.recording.accumulation import accumulate
+from symfric.solve.loop.recording.last_flights import count_flights, vary_end
 from symfric.solve.loop.recording.trajectory import store_event, store_step
 from symfric.solve.loop.run_rules import begin_counting, begin_values, budget, pause
 from symfric.solve.loop.stepping.calls import expand, prelude
@@ -236,6 +237,11 @@ def _switch(w: LoopArrays, n_x: int, n_c: int) -> int:
     if w.openings.variable.size:
         changed += log_openings(w, starting)
     keep_scales(w, n_x, n_c)
+    late = w.clock.late if w.openings.variable.size else 0.0
+    if late > 0.0:
+        if w.limits.varied:
+            vary_end(w, n_x)
+        count_flights(w, n_x)
     at_rest = n_c > 0 or w.openings.variable.size > 0
     for i in range(n_c):
         new = mode(w, i)
@@ -253,9 +259,11 @@ def _switch(w: LoopArrays, n_x: int, n_c: int) -> int:
     if not at_rest:
         w.clock.rest = np.nan
     elif not w.clock.rest >= 0.0:
-        w.clock.rest = w.y[n_x] + w.clock.t_low
+        w.clock.rest = w.y[n_x] + w.clock.t_low + late
         for s in range(w.limits.varied):
-            w.rest[s] = w.saltation.tau[s]
+            w.rest[s] = w.saltation.tau[s] + (w.impacts.late[s] if late > 0.0 else 0.0)
+        if w.clock.rest > w.clock.t_end:
+            w.clock.rest = np.nan
     w.counts.events += changed
     w.counts.grazes += changed == 0 and not starting
     w.counts.stall += 1

@@ -87,6 +87,10 @@ def series_model(
     limits.first_crossing, limits.first_reset = automaton.layout.first_crossing, automaton.layout.first_reset
     if variations:
         limits.varied, limits.followed = variations.columns, variations.followed
+        if automaton.impact:
+            names = [s.name for s in automaton.parameters]
+            of = [names.index(name) if name in names else -1 for name in variations.directions]
+            first.openings.direction[: len(of)] = of
     loop = load_loop("symfric.solve.loop.entry", "the event loop")
     n_x = len(scene.system.states) if n_x is None else n_x
     return CompiledModel(loop, code, first, SHARED, wanted, n_x, scene.horizon)

@@ -174,6 +174,7 @@ class Openings(ArraySet):
     variable: Integers  # index in m of each, (n_n,)
     line: Integers  # its index among the contacts along a line, or -1
     number: Integers  # under which runs show it
+    direction: Integers  # of every direction of differentiation the parameter, -1 if it is a state, -2 for a pair
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -196,6 +197,11 @@ class Impacts(ArraySet):
     rates: Reals
     factor: Matrix  # factorisation of the coupling of all contacts that hold, (n_c + n_n, n_c + n_n)
     held: Integers  # these contacts in its order
+    flight_m: Reals  # mode of the flights of bounces that died out
+    last_m: Reals  # mode of the closed contacts
+    last_y: Reals  # state, up to its derivatives, at the end of the bounces
+    slope_y: Reals  # rates of the state before the impact
+    late: Reals  # derivatives of the time until then, (n_s,)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

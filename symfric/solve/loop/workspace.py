@@ -11,12 +11,12 @@ from symfric.codegen.array_table import VECTOR, Matrix, Reals
 from symfric.lower.automaton import Automaton
 from symfric.lower.linear_modes import Matrices
 from symfric.lower.mode_layout import backward, sign
-from symfric.lower.planes import SINCE
 from symfric.lower.structure_modes import StructureMatrices
 from symfric.model.rows import Row
 from symfric.solve.loop.codes import COUPLING, JUMP
 from symfric.solve.loop.events.bernstein import DEPTH, bernstein_columns, bernstein_table
-from symfric.solve.loop.events.direction_sizes import MOST_ANGLES, QUARTIC, SAMPLES
+from symfric.solve.loop.events.direction_sizes import QUARTIC
+from symfric.solve.loop.plane_arrays import foot_arrays, plane_arrays
 from symfric.solve.loop.records import (
     Basis,
     Contacts,
@@ -248,7 +248,10 @@ def make_arrays(
             answer=automaton.n_y + layout.n_mode + others if layout.others else 0,
         ),
         openings=Openings(
-            variable=_numbers(layout.openings), line=_numbers(lines), number=_numbers(layout.shown_openings)
+            variable=_numbers(layout.openings),
+            line=_numbers(lines),
+            number=_numbers(layout.shown_openings),
+            direction=_numbers([-2] * n_x if impact else []),
         ),
         impacts=Impacts.zeros(
             asked=n_p + impact.numel_in(3) if impact else 0,
@@ -267,10 +270,15 @@ def make_arrays(
             rates=n_q if impact else 0,
             factor=(n_n + n_c, n_n + n_c) if impact else (0, 0),
             held=n_n + n_c if impact else 0,
+            flight_m=layout.n_mode if impact else 0,
+            last_m=layout.n_mode if impact else 0,
+            last_y=n_x if impact else 0,
+            slope_y=n_x if impact else 0,
+            late=n_x if impact else 0,
         ),
         pivots=_pivots(n_n, n_c if impact else 0),
-        planes=_planes(automaton),
-        feet=_feet(automaton),
+        planes=plane_arrays(automaton),
+        feet=foot_arrays(automaton),
     )
 
 
@@ -303,77 +311,6 @@ def _pivots(n_n: int, n_c: int) -> Pivots:
         apart=n_n,
         wrong=n,
         instead=n,
-    )
-
-
-def _planes(automaton: Automaton) -> Planes:
-    """Return the arrays of contacts in the plane, empty without them."""
-    layout, n_p = automaton.layout, len(automaton.planes)
-    n_c = len(layout.lines) if n_p else 0
-    room = Planes.zeros(
-        since=n_c,
-        row=n_p,
-        arrived=n_p,
-        rests=n_p,
-        variable=n_c,
-        leaves=n_c,
-        slides=n_c,
-        returned=n_c,
-        stands=n_c,
-        turned=n_c,
-        free=n_c,
-        bound=n_c,
-        force=n_c,
-        gain=n_c,
-        coupling=(n_p, n_p),
-        turning=(n_p, n_p + 1),
-        across=n_p,
-        aimed=1,
-        weights=SAMPLES,
-        samples=SAMPLES,
-        series=SAMPLES,
-        angles=MOST_ANGLES,
-    )
-    room.row[:] = automaton.planes
-    room.variable[:] = layout.planes[:n_c]
-    room.since[:] = [first + SINCE if first >= 0 else -1 for first in layout.planes[:n_c]]
-    return room
-
-
-def _feet(automaton: Automaton) -> Feet:
-    """Return the arrays of feet of bodies that can turn, empty where no two slips share a body."""
-    shared = len(automaton.planes) > 0 and automaton.coupled
-    n, n_x = (len(automaton.layout.lines), len(automaton.states)) if shared else (0, -1)
-    n_p = len(automaton.planes) if shared else 0
-    return Feet.zeros(
-        among=n,
-        used=n,
-        pivot=n,
-        rank=1,
-        sticks=n,
-        yields=n,
-        factor=(n, n),
-        size=n,
-        target=n,
-        scale=1,
-        point=(3, n),
-        slope=n,
-        matrix=(n, n),
-        step=n,
-        kept=(n, n),
-        hold=n,
-        before=n,
-        mark=n,
-        entry_y=n_x + 1,
-        turning=(n_p, n_p),
-        axes=(n_p, n_p),
-        weight=n_p,
-        idle=n_p,
-        order=n_p,
-        part=n_p,
-        left=n_p,
-        turn=n_p,
-        limit=3 * n if automaton.has_feet else 0,
     )
 
 

@@ -62,8 +62,19 @@ def time_to_rest(w: LoopArrays, n_x: int) -> float:
             return 0.0
         if first > 0.0 and not (abs(flight - first) <= _ALIKE * first and abs(e - ratio) <= _ALIKE):
             return 0.0
-        found, first, ratio = max(found, rest + bend * rest / 3.0), flight, e
+        found, first, ratio = max(found, all_flights(w, n_x, k)), flight, e
     return 0.0 if found > little and _another_strikes(w, n_x, found) else found
+
+
+@compiled
+def all_flights(w: LoopArrays, n_x: int, k: int) -> float:
+    """Return how long the bounces of contact k last, from its impact, and the series of a flight in ``w.probe``."""
+    v, g = told(w, AFTER, k), n_x + w.limits.first_opening + 2 * k
+    e, a, jerk = -v / told(w, RATE, k), -2.0 * w.probe[g, 2], 6.0 * w.probe[g, 3]
+    rest = 2.0 * v / a
+    if e < 1.0:  # else it is the last one, see `time_to_rest`
+        rest /= 1.0 - e
+    return rest + jerk * rest * rest / (3.0 * a)
 
 
 @compiled

@@ -50,6 +50,8 @@ def settle_openings(w: LoopArrays, starting: bool) -> int:
         status = _select(w, n_x, n_c)
     w.clock.late = time_to_rest(w, n_x) if status == OK and not starting else 0.0
     if w.clock.late > 0.0:
+        for r in range(w.m.size):
+            w.impacts.flight_m[r] = w.m[r]
         for r in range(n_x):
             w.y[r] = w.impacts.entry_y[r]
         for r in range(w.m.size):
