@@ -49,5 +49,10 @@ def test_kernels_are_forked_and_know_nothing_of_each_other(tmp_path, monkeypatch
     monkeypatch.setenv("WORD", "said")
     monkeypatch.setenv("PYTHONPATH", str(ROOT))
     done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, cwd=tmp_path)
-    expected = ["True True True", f"(True, 'said', '{tmp_path}') picture imported", "['False', 'False']", "none is left"]
+    expected = [
+        "True True True",
+        f"(True, 'said', '{tmp_path}') picture imported",
+        "['False', 'False']",
+        "none is left",
+    ]
     assert done.stdout.splitlines() == expected, done.stderr
