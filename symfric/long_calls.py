@@ -248,13 +248,20 @@ _KEEPING = ContextVar("whether an interrupt keeps what was found", default=False
 def keep_when_interrupted() -> Iterator[None]:
     """Let calls that are interrupted within this block return what they have found so far.
 
-    Without it an interrupt (Ctrl-C) ends the call and what it found is lost. `continue_cycle` and `frequency_response`
-    return the branch to the last orbit, with the end "interrupted"; `sweep` its table, with the status -3 where a case
-    was not computed; ``program.map`` its batch, likewise; `basins` the attractors found, with
-    the status -3 for starts that belong to none of them as yet; `lyapunov` the exponents over the time until then;
-    `identify` the best fit of the starts that were tried, once there is one; `symfric.design.damper` of a forced scene
-    and `symfric.design.isolator` the best design so far, unverified. The logger "symfric" warns. Other calls are
-    interrupted as ever, and so is the work after the block.
+    Without it an interrupt (Ctrl-C) ends the call and what it found is lost. The logger "symfric" warns. Within it:
+
+    - `continue_cycle`, `frequency_response` and `symfric.structures.onset` return the branch to the last orbit, with
+      the end "interrupted", `continue_special` its curve likewise;
+    - `sweep` its table, with the status -3 where a case was not computed, ``program.map`` its batch and
+      `bifurcation_diagram` its points likewise; `symfric.structures.flutter_map` the values until then;
+    - `basins` the attractors found, with the status -3 for starts that belong to none of them as yet;
+    - `lyapunov` the exponents over the time until then;
+    - `identify` the best fit of the starts that were tried, once there is one;
+    - designs the best one so far, unverified: `symfric.design.absorber` with a contact, `collocation`,
+      `contact_damper`, `controller`, `isolator`, `quench` once its averaged optimum is found, and `damper` of a forced
+      scene or with `settle`.
+
+    Other calls are interrupted as ever, and so is the work after the block.
 
     Returns
     -------

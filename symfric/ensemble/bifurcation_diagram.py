@@ -1,7 +1,8 @@
 """Brute-force bifurcation diagrams: section points after a transient, for many values of a parameter."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,9 +12,9 @@ import sympy as sp
 from symfric.axes import Axes
 from symfric.ensemble.cases import Listed
 from symfric.ensemble.sampling import row_of
-from symfric.ensemble.worker import CODES, REFUSED, Task, make_program
+from symfric.ensemble.worker import CODES, NOT_COMPUTED, REFUSED, Task, make_program
 from symfric.errors import NoRoute, SceneError
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell, until_interrupted
 from symfric.model.excitation import periodic
 from symfric.model.outputs import Samples, Trajectory
 from symfric.model.results import ArrayResult, Drawable, Labelled
@@ -29,6 +30,7 @@ from symfric.solve.run import Run
 from symfric.solve.status import Status
 
 _MOST = 4_000_000  # most numbers of points that are computed at once
+_AT_ONCE = 256  # most values that one thread computes at once, so that an interrupt loses no more
 _STILL = 1e-6  # range relative to the sizes of the states below which a motion after the transient is a point
 
 
@@ -48,7 +50,8 @@ class BifurcationDiagram(ArrayResult, Drawable):
     times : ndarray, shape (n,)
     states : ndarray, shape (n_x, n)
     status : ndarray of int, shape (n_v,)
-        Codes of `Status`; -1 if the value is not valid. A run that failed has no points.
+        Codes of `Status`; -1 if the value is not valid, -3 if it was not computed, see
+        `symfric.keep_when_interrupted`. A run that failed has no points.
     names : tuple of str
         Of the states.
     about : str
@@ -200,12 +203,25 @@ def bifurcation_diagram(
     cut = cut_of(scene, section, level, direction, phase, frozenset({name}))
     task = Task(scene.wanting({"path": Trajectory()}), check_tolerance(tolerance), None, (name,), ())
     jobs = min(workers_of(jobs, "jobs"), row.size)
+    stream: Generator[Case, None, None]
     if carry:
         excitation = periodic(scene, frozenset({name}))
-        cases = _carried(make_program(task), name, row, cut, transient, excitation.period if excitation else None)
+        stream = _carried(make_program(task), name, row, cut, transient, excitation.period if excitation else None)
     else:
-        at_once = _at_once(scene, name, row, cut, transient, task.tolerance, jobs)
-        cases = _apart(make_program(task), name, row, cut, transient, jobs) if at_once is None else at_once
+        common = _common_times(scene, name, row, cut, transient)
+        if common is None:
+            stream = _apart(make_program(task), name, row, cut, transient, jobs)
+        else:
+            stream = _at_once(scene, name, row, common, task.tolerance, jobs)
+    cases: list[Case] = []
+    with until_interrupted("bifurcation_diagram"), closing(stream):
+        for case in stream:
+            cases.append(case)
+            tell(f"{len(cases)} of {row.size} values of {name}", len(cases) / row.size)
+    if not cases:
+        raise KeyboardInterrupt
+    none = np.zeros((len(scene.system.states), 0))
+    cases += [(NOT_COMPUTED, none[0], none)] * (row.size - len(cases))
     status, times, states = zip(*cases, strict=True)
     return BifurcationDiagram(
         parameter=name,
@@ -223,41 +239,48 @@ def bifurcation_diagram(
 Case = tuple[int, np.ndarray, np.ndarray]  # status, times (n,), states (n_x, n)
 
 
-def _at_once(
-    scene: Scene, name: str, row: np.ndarray, cut: Cut, transient: float, tolerance: float, jobs: int
-) -> list[Case] | None:
-    """Run all values at once if their sections are at the same times, else return None."""
+def _common_times(scene: Scene, name: str, row: np.ndarray, cut: Cut, transient: float) -> np.ndarray | None:
+    """Return the times of the sections if they are the same for all values, else None."""
     if cut.period is None:
         return None
     fixed = {s.name: v for s, v in scene.parameter_values().items()}
     ends = {cut.period(fixed | {name: v}) for v in row.tolist()}
     times = cut.times(fixed | {name: row[0]}, transient, scene.horizon)
-    if len(ends) > 1 or not times.size:
-        return None
+    return None if len(ends) > 1 or not times.size else times
+
+
+def _at_once(
+    scene: Scene, name: str, row: np.ndarray, times: np.ndarray, tolerance: float, jobs: int
+) -> Generator[Case, None, None]:
+    """Run many values at once, with sections at the same times."""
     states = [s.name for s in scene.system.states]
     outputs = {s.name: Samples(s, times.tolist()) for s in scene.system.states}
-    most = max(1, _MOST // (len(states) * times.size))
-    cases, sections = Listed(scene.wanting(outputs), (name,), tolerance), []
+    most = max(1, min(_AT_ONCE * jobs, _MOST // (len(states) * times.size)))
+    cases = Listed(scene.wanting(outputs), (name,), tolerance)
     for begin in range(0, row.size, most):
         status, seen = cases.run({name: row[begin : begin + most]}, jobs=jobs)
         blocks = np.stack([np.atleast_2d(seen[n]) for n in states])  # (n_x, n_t, n)
         for k, code in enumerate(status.tolist()):
             right = code == Status.OK
-            sections.append((code, times if right else times[:0], blocks[:, :, k] if right else blocks[:, :0, k]))
-    return sections
+            yield code, times if right else times[:0], blocks[:, :, k] if right else blocks[:, :0, k]
 
 
-def _apart(program: Program, name: str, row: np.ndarray, cut: Cut, transient: float, jobs: int) -> list[Case]:
+def _apart(
+    program: Program, name: str, row: np.ndarray, cut: Cut, transient: float, jobs: int
+) -> Generator[Case, None, None]:
     """Run every value from the scene's own start, on several threads."""
 
-    def work(values: np.ndarray) -> list[Case]:
-        return [_case(program, {name: v}, {}, cut, transient)[0] for v in values.tolist()]
+    def work(v: float) -> Case:
+        return _case(program, {name: v}, {}, cut, transient)[0]
 
     if jobs == 1:
-        return work(row)
-    with ThreadPoolExecutor(jobs) as crew:
-        parts = list(crew.map(work, [row[k::jobs] for k in range(jobs)]))
-    return [parts[k % jobs][k // jobs] for k in range(row.size)]
+        yield from map(work, row.tolist())
+        return
+    crew = ThreadPoolExecutor(jobs)
+    try:
+        yield from crew.map(work, row.tolist())
+    finally:
+        crew.shutdown(cancel_futures=True)
 
 
 def _carried(
@@ -267,21 +290,19 @@ def _carried(
     cut: Cut,
     transient: float,
     period: Callable[[Mapping[str, float]], float] | None,
-) -> list[Case]:
+) -> Generator[Case, None, None]:
     """Run every value from the end of the last successful run, at the same phase of the excitation."""
-    cases: list[Case] = []
     start: dict[str, float] = {}
     fixed = {s.name: v for s, v in program.scene.parameter_values().items()}
     for v in row.tolist():
         case, run = _case(program, {name: v}, start, cut, transient)
-        cases.append(case)
+        yield case
         if run is not None:
             end = run.final
             if period:
                 turn = period(fixed | {name: v})
                 end = run(np.floor(run.t_final / turn) * turn)
             start = dict(zip(run.names, end.tolist(), strict=True))
-    return cases
 
 
 def _case(

@@ -167,8 +167,10 @@ def _sliding_moment(run: Run, begin: float, end: float) -> float:
 
 def _jumping(run: Run) -> np.ndarray:
     """Return held variables, and the signs of expressions whose zeros are events, in every step of a run."""
-    scene, path = run.scene, run.path
-    middle = path.t + 0.5 * path.h
+    path = run.path
+    if not run.base.held and all(part.crossing is None for part in run.base.clocks):
+        return np.zeros((path.t.size, 0))
+    scene, middle = run.scene, path.t + 0.5 * path.h
     states = dict(zip(scene.system.states, run(middle), strict=True))
     numbers = {**scene.parameter_values(), **states, TIME: middle}
     rows = [states[h.symbol] for h in scene.held]

@@ -141,7 +141,8 @@ class DirectedRuns:
         self._automaton, self._parameters, self._ends = automaton, parameters, EndStates(automaton)
         self._slots = n_x if n_x <= MANY else _SLOTS
         directions = (*automaton.states[: self._slots], *parameters)  # the states' columns start with what a run needs
-        variations = varied(automaton, scene, directions, automaton.layout.n_gaps, constrained=True)
+        self._n_rows = automaton.layout.n_gaps
+        variations = varied(automaton, scene, directions, self._n_rows, constrained=True)
         observables = _observables(automaton, scene)
         self._model, _ = model_with_derivatives(scene, variations, observables, tolerance, BUDGETS)
         self._starts = [self._columns(k) for k in range(0, n_x, self._slots)]
@@ -183,7 +184,7 @@ class DirectedRuns:
     def _passage(self, w: LoopArrays, log: tuple[np.ndarray, np.ndarray]) -> Passage:
         """Copy the results of a run from its arrays."""
         n_x, n_p = len(self._automaton.states), len(self._parameters)
-        n_g, n_s = self._automaton.layout.n_gaps, self._slots + n_p
+        n_g, n_s = self._n_rows, self._slots + n_p
         n_e = n_x + n_g
         V = w.y[n_x:-1].reshape(n_s, n_x).T.copy()
         follow = w.observed.total[n_e:, 0].reshape(n_g, n_s).copy()
@@ -239,7 +240,7 @@ def _passage_of(
     doubtful: bool,
 ) -> Passage:
     """Return the passage of a run."""
-    n_x, n_g = len(automaton.states), automaton.layout.n_gaps
+    n_x, n_g = len(automaton.states), gaps[0].shape[0]
     if doubtful and not np.any(by[0]):  # they grew beyond all bounds, and were given up
         by = [np.full_like(e, np.nan) for e in by]
     low, high = w.observed.total[n_g : n_g + n_x, 0].copy(), w.observed.total[n_g : n_g + n_x, 1].copy()

@@ -171,6 +171,7 @@ def solve(
     most: int = MOST_STEPS,
     through: np.ndarray | None = None,
     reference: np.ndarray | None = None,
+    first: Point | None = None,
 ) -> Point:
     """Solve the shooting equations by Newton's method from a guess.
 
@@ -186,6 +187,8 @@ def solve(
         A point of the plane orthogonal to `normal` that contains the solution; the guess unless given.
     reference : ndarray, shape (n_z,), optional
         Unknowns from which phase and the places of idle sliders are measured; the guess unless given.
+    first : Point, optional
+        The equations at the guess, where they are known.
 
     Raises
     ------
@@ -193,7 +196,7 @@ def solve(
         If Newton's method does not converge.
     """
     plane, base = z if through is None else through, z if reference is None else reference
-    now = system.at(z, None, base[: len(system.flow.states)])
+    now = system.at(z, None, base[: len(system.flow.states)]) if first is None else first
     size = misfit(now) if through is None else 1.0
     for _ in range(most):
         now, size, share = _improved(system, now, size, normal, base, plane)

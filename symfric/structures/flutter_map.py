@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from symfric.axes import Axes
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell, until_interrupted
 from symfric.model.results import ArrayResult, Drawable, Labelled
 from symfric.model.symbols import finite
 from symfric.structures.flutter import Flutter, flutter
@@ -25,7 +25,7 @@ class FlutterMap(ArrayResult, Drawable):
     ----------
     name : str
     values : ndarray, shape (n,)
-        Of the second parameter.
+        Of the second parameter; fewer than were given after an interrupt, see `symfric.keep_when_interrupted`.
     mu, omega : ndarray, shape (n,)
         The lowest critical mu and its frequency; NaN where no mode begins to grow.
     found : tuple of Flutter
@@ -107,6 +107,13 @@ def flutter_map(
     [1.4643, 1.4643]
     """
     numbers = np.array([finite(v, f"a value of {name}") for v in np.atleast_1d(values)])
-    maps = tuple(flutter(make(float(v)), mu, count, near) for v in numbers)
+    maps: list[Flutter] = []
+    with until_interrupted("flutter_map"):
+        for k, v in enumerate(numbers.tolist()):
+            tell(f"{name} = {v:.5g}", k / numbers.size)
+            maps.append(flutter(make(v), mu, count, near))
+    if numbers.size and not maps:
+        raise KeyboardInterrupt
     first = [f.critical[0] if f.critical else Critical(np.nan, np.nan, (-1, -1)) for f in maps]
-    return FlutterMap(name, numbers, np.array([p.mu for p in first]), np.array([p.omega for p in first]), maps)
+    mus, omegas = np.array([p.mu for p in first]), np.array([p.omega for p in first])
+    return FlutterMap(name, numbers[: len(maps)], mus, omegas, tuple(maps))

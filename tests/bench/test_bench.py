@@ -87,6 +87,26 @@ def test_the_steady_response_of_a_joint_is_that_of_the_closed_form():
         assert np.max(np.abs(error)) < harmonics
 
 
+@pytest.mark.long(beside="test_a_branch_and_a_response_by_hand_are_ours")
+@pytest.mark.parametrize("k", range(len(named("P16").reference)))
+def test_periods_of_a_branch_are_found_again_in_multiple_precision(k):
+    problem = named("P16")
+    with mp.workdps(30):
+        assert abs(problem.branched.period(problem.branched.speeds[k], 22) - mp.mpf(problem.reference[k])) < 1e-15
+
+
+@pytest.mark.parametrize(("name", "by_hand"), [("P16", "heyoka, branch"), ("P10", "heyoka, response")])
+def test_a_branch_and_a_response_by_hand_are_ours(name, by_hand):
+    known = np.array(named(name).reference, dtype=float)
+    for who, off in (("symfric", 1e-11), (by_hand, 1e-9)):
+        if not peers()[who].missing:
+            errors = [
+                np.max(np.abs(np.array(peers()[who].prepare(named(name), t)().values) - known)) for t in (1e-6, 1e-11)
+            ]
+            assert errors[1] < off
+            assert errors[0] < 1e-3
+
+
 def test_in_the_plane_the_stop_is_that_of_the_closed_form_and_regularised_friction_creeps():
     problem = named("P14")
     known = np.array(problem.reference, dtype=float)

@@ -1,5 +1,7 @@
 """Branch points of limit cycles against Newton's method on variational equations of the tests' own."""
 
+import itertools
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -76,6 +78,20 @@ def test_rest_under_parametric_excitation_doubles_its_period_no_branch_point():
     y, _ = own.periodic(far.start, far.values["A"], 2)
     assert np.allclose(y, far.start, atol=1e-8)
     assert np.linalg.norm(own.mapped(far.start, far.values["A"])[0] - far.start) > 0.01
+
+
+def test_cycles_of_two_periods_near_their_flip_are_not_taken_for_one_at_a_coarse_tolerance():
+    own = Oscillator(0.1, 1.0, w=2.0, b=0.1, e=1)
+    branch = sf.continue_cycle(own.scene, A, (0.05, 0.9))
+    flip = next(s for s in branch.special if s.kind == "flip")
+    double = sf.continue_cycle(own.scene, A, (0.05, 0.9), start=flip, most=3)
+    near = sorted(double.orbits, key=lambda o: abs(o.values["A"] - flip.value))[1:3]
+    for orbit, tolerance in itertools.product(near, (1e-4, 1e-6)):
+        value = orbit.values["A"]
+        apart = np.abs(own.mapped(orbit.start, value)[0] - orbit.start) / orbit.half_range
+        assert np.max(apart) > 10 * tolerance
+        again = sf.limit_cycle(own.scene.where({A: value}), orbit, tolerance)
+        assert again.period == pytest.approx(2 * np.pi, rel=1e-12)
 
 
 def test_cycles_between_two_flips():

@@ -6,6 +6,7 @@ import sympy as sp
 
 import symfric as sf
 from symfric.orbits.guess import guess_of
+from symfric_evidence.bench.stick_slip_branch import BranchProblem
 
 X, U, Y, V = sp.symbols("X U Y V", real=True)
 MOST = 16  # turns up to which a cycle is sought
@@ -57,3 +58,14 @@ def test_the_coordinate_whose_range_lasts_tells_the_period(other):
         guess = guess_of(sf.simulate(scene, 1e-12), None)
         assert guess.turns == 1
         assert guess.period == pytest.approx(2 * np.pi, rel=1e-6)
+
+
+@pytest.mark.one_in(3)
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-6, 1e-7])
+@pytest.mark.parametrize("load", [1.1, 1.2, 1.25])
+def test_a_cycle_has_its_least_period_at_every_tolerance(load, tolerance):
+    """The motion spirals in, a fifth of a turn in each cycle, and comes nearest to itself after five."""
+    scene = BranchProblem(loads=(1.0, load)).scene()
+    cycle, close = sf.limit_cycle(scene, tolerance=tolerance), sf.limit_cycle(scene, tolerance=1e-12)
+    assert len(close.events) == 4
+    assert cycle.period == pytest.approx(close.period, rel=10 * tolerance)

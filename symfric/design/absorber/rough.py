@@ -9,7 +9,7 @@ least bound above all of them: a smooth problem for each set of worst frequencie
 import itertools
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import pi
 from typing import Any, TypeAlias
 
@@ -18,9 +18,10 @@ import numpy as np
 from symfric.design.comparison import Compared, Comparison
 from symfric.design.polish import polished
 from symfric.design.result import Curve, Design
-from symfric.design.verification import Neighbour, design
+from symfric.design.verification import BEST_FOUND, Interrupted, Neighbour, design
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.long_calls import tell, until_interrupted
 from symfric.model import scenes
 from symfric.model.excitation import excitation_of
 from symfric.model.outputs import HalfRange
@@ -50,6 +51,7 @@ BUDGET = 12000  # most runs of one search; some seconds
 DAMPING = (0.0, 2.0)
 REACH = 0.15, 2e-3  # first and last distance of the derivative-free search, relative to the survey
 POLISHED = 3  # points of that search that are evaluated at all frequencies
+_AXES = "frequency Omega/omega1", "amplitude |x1 k1/F|"
 AROUND = 3e-3  # distance of the neighbouring designs: relative in tuning, absolute in damping
 
 
@@ -68,11 +70,14 @@ class Forced:
     band : (float, float)
     left : int
         Runs that may still be made; beyond, `Spent` is raised.
+    known : dict
+        Peaks that were computed, by tuning and damping.
     """
 
     settling: Settling
     band: tuple[float, float]
     left: int = 0
+    known: dict[tuple[float, float], list[tuple[float, float]]] = field(default_factory=dict)
 
     def amplitude(self, tuning: float, damping: float, Omega: float, blocks: int = BLOCKS) -> float:
         """Return half the range of x1 over the last `BLOCK` periods; it starts at rest.
@@ -101,7 +106,8 @@ class Forced:
         for k in np.flatnonzero((y >= left) & (y >= right) & (y >= CONTENDER * np.max(y))).tolist():
             ends = g[max(k - 1, 0)], g[min(k + 1, g.size - 1)]
             peaks.append(self._polished(tuning, damping, *ends))
-        return sorted(peaks, key=lambda p: -p[1])
+        self.known[float(tuning), float(damping)] = sorted(peaks, key=lambda p: -p[1])
+        return self.known[float(tuning), float(damping)]
 
     def near(self, tuning: float, damping: float, Omega: float) -> tuple[float, float]:
         """Return frequency and amplitude of the highest point within one grid cell around a frequency."""
@@ -146,11 +152,29 @@ def rough_absorber(
     x1 = scene.system.q[0]
     times, outputs = Schedule(0.0, 2 * pi * BLOCK, 2 * pi), {"amplitude": HalfRange(x1)}
     forced = Forced(Settling(_in_phase(scene), times, outputs, tolerance=TOLERANCE), (low, high))
-    starts = _starts(forced, plain)
-    best = min((_least(forced, start) for start in starts), key=lambda f: f[0][0][1])
-    if best[2] != "optimal" or any(n.beats(best[0][0][1], 1) for n in _beside(forced, best[1])):
-        best = min([best, *_polled(forced, plain, [best[1], starts[0]])], key=lambda f: f[0][0][1])
-    return _design(forced, scene, *best)
+    with until_interrupted("absorber"):
+        tell("a survey of tuning and damping")
+        starts = _starts(forced, plain)
+        tell("the best points refined")
+        best = min((_least(forced, start) for start in starts), key=lambda f: f[0][0][1])
+        if best[2] != "optimal" or any(n.beats(best[0][0][1], 1) for n in _beside(forced, best[1])):
+            best = min([best, *_polled(forced, plain, [best[1], starts[0]])], key=lambda f: f[0][0][1])
+        tell("verification of the design")
+        return _design(forced, scene, *best)
+    return _interrupted(forced, scene)
+
+
+def _interrupted(forced: Forced, scene: Scene) -> Design:
+    """Return the best design whose peaks were computed before an interrupt."""
+    if not forced.known:
+        raise KeyboardInterrupt
+    tuning, damping = min(forced.known, key=lambda p: forced.known[p][0][1])
+    peaks, values = sorted(forced.known[tuning, damping]), {"tuning": tuning, "damping": damping}
+    worst, highest = max(peaks, key=lambda p: p[1])
+    frequencies, amplitudes = np.array(peaks).T
+    curve = Curve(frequencies, amplitudes, highest, *_AXES, (worst,))
+    placed = scene.where({**values, "Omega": worst})
+    return design(values, highest, (), placed, Interrupted(), curve, claim=BEST_FOUND, neighbours=())
 
 
 @alone(SYMBOLIC)
@@ -273,7 +297,7 @@ def _design(forced: Forced, scene: Scene, peaks: list[tuple[float, float]], p: n
     rows = [Compared(f"amplitude at Omega = {g:.6g}", highest, _in_time(scene, g), 1e-5) for g in worst]
     g = np.unique(np.concatenate([np.linspace(*forced.band, 2 * GRID - 1), worst]))
     y = np.array([forced.amplitude(p[0], p[1], e, FEW) for e in g])
-    curve = Curve(g, y, highest, "frequency Omega/omega1", "amplitude |x1 k1/F|", tuple(worst))
+    curve = Curve(g, y, highest, *_AXES, tuple(worst))
     check, beside = Comparison(tuple(rows)), _beside(forced, p)
     return design(values, highest, active, scene, check, curve, claim=status, neighbours=beside)
 

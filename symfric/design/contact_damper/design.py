@@ -15,9 +15,9 @@ import numpy as np
 from symfric.design.comparison import Compared, Comparison
 from symfric.design.polish import polished
 from symfric.design.result import Curve, Design
-from symfric.design.verification import Neighbour, design
+from symfric.design.verification import BEST_FOUND, Interrupted, Neighbour, design
 from symfric.errors import NotFound, SceneError
-from symfric.long_calls import logged, tell
+from symfric.long_calls import logged, tell, until_interrupted
 from symfric.model import scenes
 from symfric.model.arguments import is_one_of
 from symfric.model.outputs import StopTime, Trajectory
@@ -37,6 +37,7 @@ TURNS = 6  # most rounds of polling around the best point and optimising its pie
 STEP = 1e-6  # finite-difference step relative to the width of the bounds
 SAFE = 1e-10  # least distance of the last turning point within the stick limit, relative to it, against rounding
 BESIDE = (1e-6, 1e-4, 1e-2)  # distances of the neighbouring designs, relative to the bounds
+_DECAY = "decay time [s]"
 JUST = 1e-9  # distance of a turning point from the stick limit, relative to it, that counts as at the jump
 
 
@@ -170,12 +171,28 @@ def contact_damper(
     damper = _read(scene, bounds, residual, margin)
     points = POINTS[len(damper.names)]
     grid = [np.array(p) for p in itertools.product(np.linspace(0, 1, points), repeat=len(damper.names))]
-    tell("the shortest decay")
-    best = _best(damper, grid)
-    if best is None:
-        raise NotFound(_missing(damper, grid))
-    tell("verification of the design")
-    return _design(scene, damper, best)
+    with until_interrupted("contact_damper"):
+        tell("the shortest decay")
+        best = _best(damper, grid)
+        if best is None:
+            raise NotFound(_missing(damper, grid))
+        tell("verification of the design")
+        return _design(scene, damper, best)
+    return _interrupted(scene, damper)
+
+
+def _interrupted(scene: Scene, damper: Damper) -> Design:
+    """Return the best design that was computed before an interrupt."""
+    good = {key: decay for key, decay in damper.seen.items() if damper.good(decay)}
+    if not good:
+        raise KeyboardInterrupt
+    best = min(good, key=lambda key: good[key].time)
+    values, beside = damper.values(np.array(best)), sorted(key for key in damper.seen if key[1:] == best[1:])
+    x = np.array([damper.values(np.array(key))[damper.names[0]] for key in beside])
+    y = np.array([damper.seen[key].time for key in beside])
+    name, full = damper.names[0], scene.where(values)
+    curve = Curve(x, np.where(np.isfinite(y), y, np.nan), good[best].time, name, _DECAY, (values[name],))
+    return design(values, good[best].time, (), full, Interrupted(), curve, claim=BEST_FOUND, neighbours=())
 
 
 def _read(scene: Scene, bounds: Mapping[Key, tuple[float, float]], residual: float, margin: float) -> Damper:
@@ -373,4 +390,4 @@ def _curve(damper: Damper, p: np.ndarray) -> Curve:
     y = np.array([damper(np.array([e, *p[1:]])).time for e in places])
     x = damper.low[0] + places * (damper.high[0] - damper.low[0])
     mark = damper.values(p)[damper.names[0]]
-    return Curve(x, np.where(np.isfinite(y), y, np.nan), damper(p).time, damper.names[0], "decay time [s]", (mark,))
+    return Curve(x, np.where(np.isfinite(y), y, np.nan), damper(p).time, damper.names[0], _DECAY, (mark,))

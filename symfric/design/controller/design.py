@@ -9,9 +9,9 @@ import numpy as np
 from symfric.design.controller.followed_motion import FollowedMotion
 from symfric.design.controller.settling_motions import SettlingMotions, grid_of_starts
 from symfric.design.result import Curve, Design
-from symfric.design.verification import Neighbour, design
+from symfric.design.verification import BEST_FOUND, Interrupted, Neighbour, design
 from symfric.errors import NotFound, SceneError
-from symfric.long_calls import logged, tell
+from symfric.long_calls import logged, tell, until_interrupted
 from symfric.model.results import Result
 from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, finite, listed, mapped, name_of, nearest, pair, positive
@@ -176,15 +176,32 @@ def controller(
     grid = np.unique(np.clip(spread(low, high, _SURVEY), low, high))
     least = {name: low} | ({} if ends is None else {str(varied): float(ends[0])})
     motions = SettlingMotions(scene, name, varied, least, given, latest, float(half_range))
-    for k in range(_ROUNDS):
-        tell(f"the border of settling, round {k + 1}")
-        border = _border(motions, grid, ends)
-        border, motions = _followed(motions, border, grid)
-        below = _below(motions, border, low)
-        if below.settles:
-            break
-        motions = replace(motions, starts=[*motions.starts, *_between(motions.starts)])
-    return _result(motions, scene, border, high, below, _curve(motions, grid, border, ends))
+    borders: list[_Border] = []
+    with until_interrupted("controller"):
+        for k in range(_ROUNDS):
+            tell(f"the border of settling, round {k + 1}")
+            border, motions = _followed(motions, _border(motions, grid, ends), grid)
+            borders.append(border)
+            below = _below(motions, border, low)
+            if below.settles:
+                break
+            motions = replace(motions, starts=[*motions.starts, *_between(motions.starts)])
+        tell("verification of the design")
+        return _result(motions, scene, border, high, below, _curve(motions, grid, border, ends))
+    if not borders:
+        raise KeyboardInterrupt
+    return _interrupted(motions, scene, borders[-1], ends)
+
+
+def _interrupted(motions: SettlingMotions, scene: Scene, border: "_Border", periods: np.ndarray | None) -> Design:
+    """Return the last border that was found before an interrupt."""
+    value = border.value
+    at = np.array([value]) if periods is None else periods
+    curve = Curve(at, border.all, value, motions.name if periods is None else str(motions.period), motions.name, ())
+    placed = scene.where(motions.placed(value, border.period))
+    return design(
+        {motions.name: value}, value, (), placed, Interrupted(), curve, claim=BEST_FOUND, neighbours=(), sense=-1
+    )
 
 
 class _Border(NamedTuple):
@@ -291,7 +308,7 @@ def _result(
     allowed = f"half range {motions.half_range:g} after t = {motions.settle:g}{at}"
     met = allowed if motions.half_range else f"hunting{at}"
     active = f"{name} at its upper bound" if limited else met
-    values, placed = {name: value}, {name: value} | ({} if worst is None else {str(motions.period): worst})
+    values, placed = {name: value}, motions.placed(value, worst)
     check = ControllerCheck(below, above)
     return design(
         values, value, (active,), scene.where(placed), check, curve, claim="optimal", neighbours=beside, sense=-1

@@ -61,6 +61,10 @@ class SettlingMotions:
         measured: dict[str, Output] = {"left": Samples(x, looks)} if self.half_range else {"left": StopTime()}
         return prepare(self.scene.wanting(measured), self.tolerance, self.route())
 
+    def placed(self, value: float, period: float | None) -> dict[str, float]:
+        """Return the values of the parameter, and of the one that is varied besides, by name."""
+        return {self.name: value} | ({} if period is None else {str(self.period): period})
+
     def route(self) -> Taylor:
         """Return the route, with a budget of steps."""
         numbers = {s: self.least.get(s.name, 0.0) or v for s, v in self.scene.values.items()}

@@ -15,8 +15,9 @@ import sympy as sp
 
 from symfric.design.comparison import Compared, Comparison
 from symfric.design.result import Curve, Design
-from symfric.design.verification import Neighbour, design
+from symfric.design.verification import BEST_FOUND, Interrupted, Neighbour, design
 from symfric.errors import NotFound, SceneError
+from symfric.long_calls import until_interrupted
 from symfric.model.excitation import is_excited
 from symfric.model.outputs import Events, HalfRange, StopTime
 from symfric.model.scene import Scene
@@ -80,6 +81,11 @@ class Transient:
         """Largest allowed value."""
         return self.half_range or self.settle
 
+    @property
+    def label(self) -> str:
+        """Of the value."""
+        return f"half range after t = {self.settle:g}" if self.half_range else "time of rest"
+
     @cached_property
     def _numeric(self) -> Scene:
         """The scene at the upper bounds, so that no parameter is dropped as zero, with a numeric start."""
@@ -137,6 +143,25 @@ def _names(expr: sp.Expr | float) -> set[str]:
 def settled(transient: Transient) -> Design:
     """Return the smallest damping with which a motion settles in time; see `symfric.design.damper.design`."""
     _check(transient)
+    with until_interrupted("damper"):
+        return _settled(transient)
+    return _interrupted(transient)
+
+
+def _interrupted(t: Transient) -> Design:
+    """Return the smallest damping with which a motion settled in time before an interrupt."""
+    good = sorted(damping for damping in t.known if t.good(damping))
+    if not good:
+        raise KeyboardInterrupt
+    best, seen = good[0], t(good[0])
+    x = np.array(sorted(t.known))
+    y = np.array([t(float(d)).value for d in x])
+    curve = Curve(x, np.where(np.isfinite(y), y, np.nan), t.level, t.name, t.label, (best,))
+    scene = t.scene.where({t.name: best} | ({} if seen.speed is None else {t.speed: seen.speed}))
+    return design({t.name: best}, best, (), scene, Interrupted(), curve, claim=BEST_FOUND, neighbours=())
+
+
+def _settled(transient: Transient) -> Design:
     low, high = transient.bounds
     survey = np.linspace(low, high, SURVEY)
     if high > 0:
@@ -252,13 +277,12 @@ def _checked(t: Transient, damping: float) -> Comparison:
     )
     sides = [("slightly more", 1 + NEARBY)]
     sides += [("slightly less", 1 - NEARBY)] if damping > t.bounds[0] else []
-    quantity = f"half range after t = {t.settle:g}" if t.half_range else "time of rest"
     rows = []
     for words, share in sides:
         seen = t(damping * share)
         value = other.at(damping * share, seen.speed).value
         at = "" if seen.speed is None else f" at {t.speed} = {seen.speed:.6g}"
-        rows.append(Compared(f"{quantity}{at}, {words} {t.name}", seen.value, value, 1e-7, size=t.level))
+        rows.append(Compared(f"{t.label}{at}, {words} {t.name}", seen.value, value, 1e-7, size=t.level))
     return Comparison(tuple(rows))
 
 
@@ -269,5 +293,4 @@ def _curve(t: Transient, damping: float, survey: list[float]) -> Curve:
     seen = [t(float(d)) for d in x]
     y = np.array([s.value if np.isfinite(s.value) else np.nan for s in seen])
     jumps = np.flatnonzero(np.diff([s.events for s in seen])) + 1
-    label = f"half range after t = {t.settle:g}" if t.half_range else "time of rest"
-    return Curve(np.insert(x, jumps, x[jumps]), np.insert(y, jumps, np.nan), t.level, t.name, label, (damping,))
+    return Curve(np.insert(x, jumps, x[jumps]), np.insert(y, jumps, np.nan), t.level, t.name, t.label, (damping,))

@@ -1,8 +1,8 @@
 """Optimal control with dry friction and an unknown order of events, by a homotopy on the complementarity."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from itertools import islice
+from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 import casadi as ca
@@ -19,9 +19,9 @@ from symfric.design.optimal_control.transcription import (
     dynamics,
     sizes_of,
 )
-from symfric.design.verification import Neighbour, judged
+from symfric.design.verification import Interrupted, Neighbour, judged
 from symfric.errors import NotFound, SceneError
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell, until_interrupted
 from symfric.model.arguments import whole
 from symfric.model.outputs import End, Integral
 from symfric.model.results import Drawable, Result
@@ -61,7 +61,7 @@ class Profile(Result, Drawable):
         Mode of each contact in each element.
     scene : Scene
         The given scene.
-    check : Comparison
+    check : Comparison or Interrupted
         What the event-driven model does with these controls.
     status : str
         "optimal": a local optimum of the order of events that the homotopy found; as `Design.status`.
@@ -95,7 +95,7 @@ class Profile(Result, Drawable):
     x: np.ndarray
     mode: np.ndarray
     scene: Scene
-    check: Comparison
+    check: Comparison | Interrupted
     status: str
     doubts: tuple[str, ...] = ()
 
@@ -206,11 +206,41 @@ def collocation(
     sizes = sizes_of(physical, *ask[1:])
     model, units, ask = dimensionless(physical, sizes), sizes, _in_sizes(ask, sizes)
     ways = (_homotopy(model, elements, ask, bump) for bump in BUMPS + MORE_BUMPS)
-    solved = [f for f in islice(ways, len(BUMPS)) if f is not None] or list(islice((f for f in ways if f), 1))
+    solved: list[Solved] = []
+    best: Profile | None = None
+    written = partial(_profile, scene, symbols, cost, ask=ask, units=units)
+    with until_interrupted("collocation"):
+        for k, found in enumerate(ways):
+            tell(f"the order of stick and slip, from guess {k + 2}")
+            solved += [] if found is None else [found]
+            if solved and k + 1 >= len(BUMPS):
+                break
+        if not solved:
+            raise NotFound(_missing(model, elements, ask, names, units))
+        program, z = min(solved, key=_cost_of)
+        tell("verification by the event-driven solver")
+        best = written(program=program, z=z)
+        return _refined(model, program, z, best, ask, written)
     if not solved:
-        raise NotFound(_missing(model, elements, ask, names, units))
-    program, z = min(solved, key=lambda f: f[0].objective(f[1]))
-    best = _profile(scene, symbols, cost, program, z, ask, units)
+        raise KeyboardInterrupt
+    program, z = min(solved, key=_cost_of)
+    return best or written(program=program, z=z, verified=False)
+
+
+def _cost_of(solved: Solved) -> float:
+    program, z = solved
+    return program.objective(z)
+
+
+def _refined(
+    model: Dynamics,
+    program: NonlinearProgram,
+    z: np.ndarray,
+    best: Profile,
+    ask: Task,
+    written: Callable[..., Profile],
+) -> Profile:
+    """Return the profile with as many polynomials in an element as the event-driven model agrees with."""
     degree, bounds, target, between = ask
     while not best.check.agrees and program.parts < PARTS:
         finer = NonlinearProgram(
@@ -221,7 +251,7 @@ def collocation(
         if not content:
             break
         program = finer
-        best = _profile(scene, symbols, cost, program, z, ask, units)
+        best = written(program=program, z=z)
     return best
 
 
@@ -340,6 +370,7 @@ def _profile(
     z: np.ndarray,
     ask: Task,
     units: TranscriptionSizes,
+    verified: bool = True,
 ) -> Profile:
     n, size = program.elements, program.degree + 1
     h = program.values(z, "h").ravel() * units.time
@@ -352,9 +383,10 @@ def _profile(
     unit = units.time if cost is None else units.cost
     objective = float(t[-1]) if cost is None else program.objective(z) * unit
     target = {k: v * units.x[k] for k, v in ask[2].items()}
-    check = _replayed(scene, symbols, cost, h, knots, objective, target, sizes)
+    replayed = partial(_replayed, scene, symbols, cost, h, knots, objective, target, sizes)
+    check: Comparison | Interrupted = replayed() if verified else Interrupted()
     assert program.modes is not None
-    status, doubts = judged("optimal", check, _cheaper(program, z, ask, unit), objective)
+    status, doubts = judged("optimal", check, _cheaper(program, z, ask, unit) if verified else (), objective)
     return Profile(float(t[-1]), objective, t, controls, x, program.modes.T.copy(), scene, check, status, doubts)
 
 

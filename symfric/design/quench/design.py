@@ -17,9 +17,9 @@ from symfric.design.quench.multipliers import MultiplierCheck, prepare_map, prob
 from symfric.design.quench.search import Optimum, QuenchProblem, search
 from symfric.design.quench.worst_speed import SHARES, SpeedRange, evaluated
 from symfric.design.result import Curve, Design
-from symfric.design.verification import Neighbour, design
+from symfric.design.verification import BEST_FOUND, Interrupted, Neighbour, design
 from symfric.errors import NotFound, SceneError
-from symfric.long_calls import logged, tell
+from symfric.long_calls import logged, tell, until_interrupted
 from symfric.model.arguments import is_one_of
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite, nearest, pair, positive, shortened
@@ -245,16 +245,18 @@ def _design(belt: Belt, problem: QuenchProblem, optimum: Optimum) -> Design:
         active.append(f"mean power largest at v_b = {speeds.worst(optimum.regime, optimum.q, 'power')[0].v:.6g}")
     active += _on_limits(problem, optimum)
     active += _on_bounds(*_bounded(problem, optimum))
-    check = checked(belt, problem, optimum)
     values = problem.values(optimum.q)
     scene = _placed(belt, problem, values, marks[0] if marks else worst[0].v)
     claim = "infimum" if limit else "optimal"
     curve = _along(problem, optimum.q, tuple(marks))
-    better = None if problem.followed else _corrected(belt, problem, excitation, marks)
-    around = beside(belt, problem, optimum, check)
-    return design(
-        values, optimum.objective, active, scene, check, curve, claim=claim, neighbours=around, corrected=better
-    )
+    with until_interrupted("quench"):
+        check = checked(belt, problem, optimum)
+        better = None if problem.followed else _corrected(belt, problem, excitation, marks)
+        around = beside(belt, problem, optimum, check)
+        return design(
+            values, optimum.objective, active, scene, check, curve, claim=claim, neighbours=around, corrected=better
+        )
+    return design(values, optimum.objective, active, scene, Interrupted(), curve, claim=BEST_FOUND, neighbours=())
 
 
 def _corrected(

@@ -6,7 +6,7 @@ import numpy as np
 
 from symfric.axes import Axes
 from symfric.errors import NotFound, SceneError
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell, until_interrupted
 from symfric.lower.relaxed_guards import FAR
 from symfric.model.arguments import instance, whole
 from symfric.model.results import ArrayResult, Drawable, Labelled
@@ -22,6 +22,7 @@ from symfric.orbits.shooting import Point, ShootingSystem, null_of, solve
 # step lengths in units of the spans, the period and the ranges of the states
 _FIRST, _LEAST, _LARGEST = 0.01, 1e-5, 0.03
 _NEARLY = 1e-3  # distance from grazing, relative to the guard's size, at which the curve ends
+INTERRUPTED = "interrupted"
 _TURN = 0.9  # least cosine of the angle between consecutive steps
 
 
@@ -38,7 +39,8 @@ class Curve(ArrayResult, Drawable):
     values : ndarray, shape (2, n)
     periods : ndarray, shape (n,)
     ends : (str, str)
-        "span", "budget", "grazing" where the orbits touch a guard, or "lost" if no point was found further on.
+        "span", "budget", "grazing" where the orbits touch a guard, "interrupted" (see
+        `symfric.keep_when_interrupted`), or "lost" if no point was found further on.
     condition : Condition
         What holds on it.
 
@@ -196,7 +198,8 @@ def continue_special(
     )
     first = solve(system, system.pack(orbit.start, orbit.period, values), _unit(system, -1))
     along = null_of(system, first)
-    sides = [_trace(system, first, way * along, limits, most) for way in (-1, 1)]
+    sides = [_trace(system, first, -along, limits, most)]
+    sides.append(([], INTERRUPTED) if sides[0][1] == INTERRUPTED else _trace(system, first, along, limits, most))
     points = (*reversed(sides[0][0]), first, *sides[1][0])
     return Curve(
         kind=special.kind,
@@ -244,6 +247,15 @@ def _trace(
 ) -> tuple[list[Point], str]:
     """Follow the curve from a point to the end of a span; return the points and why it ended."""
     points: list[Point] = []
+    with until_interrupted("continue_special"):
+        return points, _followed(points, system, start, along, limits, most)
+    return points, INTERRUPTED
+
+
+def _followed(
+    points: list[Point], system: ShootingSystem, start: Point, along: np.ndarray, limits: np.ndarray, most: int
+) -> str:
+    """Append the points of the curve to those given; return why it ended."""
     point, step, largest = start, _FIRST, start.passage.ranges
     way = tangent(system, point, units(system, point, limits, largest), along)
     while len(points) < most:
@@ -253,11 +265,12 @@ def _trace(
         ahead = way if new is None else tangent(system, new, size, way)
         if new is None or (cosine(ahead, way, size) < _TURN and step > _LEAST):
             if step <= _LEAST:
-                return points, "grazing" if _grazes(system, point) else "lost"
+                return "grazing" if _grazes(system, point) else "lost"
             step *= 0.4
             continue
         points.append(new)
+        tell(f"{len(points)} points to {new.z[-2]:.5g}, {new.z[-1]:.5g}")
         if ends:
-            return points, "span"
+            return "span"
         point, way, step = new, ahead, min(1.5 * step, _LARGEST)
-    return points, "budget"
+    return "budget"

@@ -94,7 +94,7 @@ class Walk:
     def go(self, start: Point, direction: np.ndarray) -> HalfBranch:
         """Walk from an orbit in a direction of the unknowns, (n_z,), to the end of the branch or of the span."""
         half = HalfBranch()
-        with until_interrupted("continue_cycle", "frequency_response"):
+        with until_interrupted("continue_cycle", "frequency_response", "onset"):
             self._walk(half, start, direction)
             return half
         half.end = "interrupted"

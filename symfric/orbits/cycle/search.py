@@ -16,7 +16,7 @@ from symfric.orbits.guess import Fades, Guess, settled
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 
 _VANISHED = 1e-6  # range relative to that of the guess below which Newton's method has found an equilibrium
-_SAME = 1e-8  # difference relative to the ranges of the states up to which motions count as one
+_SAME = 1e-8  # least difference relative to the ranges of the states up to which motions count as one
 _PATIENCE = (1, 4, 16, 64)  # horizons of the scene for settling, tried in turn; near a fold settling is slow
 
 
@@ -134,19 +134,20 @@ def orbit_at(
 def _near(scene: Scene, flow: FlowMap, values: dict[str, float], guess: Guess) -> Orbit:
     system = ShootingSystem(flow, values, guess.multiple, widths=(1.0,) * len(flow.parameters))  # one may be zero
     z = system.pack(guess.start, guess.period, values)
-    before = system.follow(z) if system.free else None
-    closed = solve(system, z, _held(system, z))
-    if before is not None and np.all(closed.passage.ranges <= _VANISHED * before.ranges):
+    first = system.at(z, None, guess.start)
+    closed = solve(system, z, _held(system, z), first=first)
+    if system.free and np.all(closed.passage.ranges <= _VANISHED * first.passage.ranges):
         raise NotFound("no limit cycle near the guess: Newton's method leads to steady sliding")
     return orbit_of(scene, *_shortest(system, closed, guess.turns))
 
 
 def _shortest(system: ShootingSystem, point: Point, turns: int) -> tuple[ShootingSystem, Point]:
-    """Return the orbit with its least period."""
+    """Return the orbit with its least period; states as near as the tolerance of the motion are one."""
     start, period, values = system.unpack(point.z)
+    same = max(_SAME, system.flow.tolerance)
     for parts in (k for k in range(turns, 1, -1) if turns % k == 0):
         part = system.flow.run(start, values, period / parts)
-        if np.all(np.abs(part.end - start) <= _SAME * point.passage.ranges):
+        if np.all(np.abs(part.end - start) <= same * point.passage.ranges):
             least = replace(system, multiple=system.multiple // parts)
             z = least.pack(start, period / parts, values)
             return least, solve(least, z, _held(least, z))

@@ -5,7 +5,7 @@ combination, so that neither the graphs nor the rule of the solvers are trusted.
 """
 
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -61,7 +61,9 @@ class _Forces:
         return [*slips, *(s * g for s, g in zip(mode.sides, self.kinks, strict=True))]
 
 
-def many_digits(scene: Scene, digits: int = 28) -> ManyDigits:
+def many_digits(
+    scene: Scene, digits: int = 28, start: Sequence[mp.mpf] | None = None, horizon: mp.mpf | None = None
+) -> ManyDigits:
     """Compute the motion of a scene to a given number of digits, except the last few.
 
     Parameters
@@ -71,6 +73,10 @@ def many_digits(scene: Scene, digits: int = 28) -> ManyDigits:
         are the binary numbers that every route gets.
     digits : int
         Working precision; the error of a step is kept below 1e-8 of it.
+    start : sequence of mpf, optional
+        State at the start, in place of the scene's.
+    horizon : mpf, optional
+        In place of the scene's.
 
     Raises
     ------
@@ -83,7 +89,8 @@ def many_digits(scene: Scene, digits: int = 28) -> ManyDigits:
     Solving Ordinary Differential Equations I, section II.9). Events by the Illinois rule on the length of the step.
     """
     with mp.workdps(digits + _GUARD):
-        return _Run(scene, mp.mpf(10) ** (8 - digits), mp.mpf(10) ** (4 - digits)).run()
+        run = _Run(scene, mp.mpf(10) ** (8 - digits), mp.mpf(10) ** (4 - digits))
+        return run.run(start, horizon)
 
 
 def _number(value: float) -> mp.mpf:
@@ -203,12 +210,14 @@ class _Run:
     def __init__(self, scene: Scene, little: mp.mpf, noise: mp.mpf):
         self.equations, self.little, self.noise = _Equations(scene), little, noise
         self._signals = tuple(scene.inputs.values())
-        self._y = [_number(scene.numbers()[s]) for s in scene.system.states]
+        self._y: Numbers = [_number(scene.numbers()[s]) for s in scene.system.states]
         self._end, self._h = _number(scene.horizon), mp.mpf(_LONGEST) / 8
 
-    def run(self) -> ManyDigits:
+    def run(self, start: Sequence[mp.mpf] | None = None, horizon: mp.mpf | None = None) -> ManyDigits:
         """Integrate between the kinks of sampled inputs, and between events."""
-        y, t, events = self._y, mp.mpf(0), 0
+        if horizon is not None:
+            self._end = horizon
+        y, t, events = list(self._y if start is None else start), mp.mpf(0), 0
         mode: _Mode | None = None
         for stop in self._stops():
             self._inputs(t, stop)

@@ -18,6 +18,7 @@ from symfric_evidence.bench import larger
 from symfric_evidence.bench.forced import JointProblem
 from symfric_evidence.bench.friction_table import table_scene
 from symfric_evidence.bench.published import scene_of
+from symfric_evidence.bench.stick_slip_branch import BranchProblem
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,8 @@ class Problem:
         otherwise.
     forced : JointProblem, optional
         The same for `symfric_evidence.bench.peers.pyharm_peer`.
+    branch : BranchProblem, optional
+        Of limit cycles, whose periods at its speeds are the answer.
     """
 
     name: str
@@ -109,6 +112,7 @@ class Problem:
     window: tuple[float, float] = (0.0, 0.0)
     frequencies: tuple[float, ...] = ()
     forced: JointProblem | None = None
+    branch: BranchProblem | None = None
 
     @property
     def joint(self) -> JointProblem:
@@ -116,6 +120,13 @@ class Problem:
         if self.forced is None:
             raise NotImplementedError(f"{self.name} is no forced mass with a joint")
         return self.forced
+
+    @property
+    def branched(self) -> BranchProblem:
+        """The branch of a problem that has one."""
+        if self.branch is None:
+            raise NotImplementedError(f"{self.name} is no branch of limit cycles")
+        return self.branch
 
     @property
     def by_hand(self) -> OscillatorProblem:
@@ -201,6 +212,31 @@ def _joint() -> Problem:
     )
 
 
+def _branch_of_cycles() -> Problem:
+    branch = BranchProblem()
+    return Problem(
+        name="P16",
+        title="branch of stick-slip cycles of two masses, ten belt speeds",
+        scene=branch.scene(),
+        reference=_PERIODS,
+        events=None,
+        source="shooting in multiple precision, see symfric_evidence.bench.stick_slip_branch",
+        branch=branch,
+    )
+
+
+_PERIODS = (
+    "3.9018800585440343745",
+    "3.8918565679165963698",
+    "3.8793547869019654764",
+    "3.8646459280926187939",
+    "3.8480432635432354910",
+    "3.8298934605606204192",
+    "3.8105681327348806052",
+    "3.7904562500339134892",
+    "3.7699580341886985569",
+    "3.7494809723932711521",
+)
 _CHAIN = (
     "0.1510402503952090495988",
     "0.2068097064217626417606",
@@ -323,6 +359,7 @@ _MAKERS: dict[str, Callable[[], Problem]] = {
     "P13": _on_table,
     "P14": _in_plane,
     "P15": _with_impacts,
+    "P16": _branch_of_cycles,
 }
 NAMES = tuple(_MAKERS)
 
@@ -336,7 +373,7 @@ def named(name: str) -> Problem:
     P1 and P2 have many sticks, P3 crosses without sticking, P4 is P2 made continuous: stiff, and 4e-4 away from it. P5
     is P2 at many speeds, some of which only graze. P6 to P9 are in `symfric_evidence.bench.larger`, P10 in
     `symfric_evidence.bench.forced`; P11 to P13 are friction examples of Modelica, see
-    `symfric_evidence.bench.published`. P14 slides in the plane, P15 strikes a stop.
+    `symfric_evidence.bench.published`. P14 slides in the plane, P15 strikes a stop, P16 is a branch of limit cycles.
     """
     return _MAKERS[name]()
 

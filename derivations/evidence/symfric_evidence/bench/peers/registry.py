@@ -11,7 +11,7 @@ import sympy as sp
 
 from symfric.model.outputs import End, HalfRange
 from symfric.model.scene import Scene
-from symfric.orbits.cycle import limit_cycle
+from symfric.orbits.cycle import Orbit, limit_cycle
 from symfric.solve.integrators.route import Integrators
 from symfric.solve.protocol import Program
 from symfric.solve.routes import RouteName, Settings, prepare
@@ -25,6 +25,7 @@ from symfric_evidence.bench.peers import (
     pyharm_peer,
     regularised_plane,
     scipy_peer,
+    shooting_by_hand,
     sundae_peer,
 )
 from symfric_evidence.bench.problems import Problem
@@ -73,6 +74,8 @@ def _prepare_default(problem: Problem, tolerance: float) -> Callable[[], BenchAn
     """Prepare the automatically selected route, or shooting for a periodic motion."""
     if problem.frequencies:
         return _shooting(problem, tolerance)
+    if problem.branch is not None:
+        return _along_branch(problem, tolerance)
     return (_together if problem.speeds else _through_program)(problem, tolerance, None)
 
 
@@ -132,6 +135,19 @@ def _shooting(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     return lambda: BenchAnswer(tuple(peak(scene) for scene in scenes), 0)
 
 
+def _along_branch(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
+    """Find the limit cycle at each speed, at the first from rest and then from the cycle before."""
+    scenes = [problem.scene.where({"v_b": speed}) for speed in problem.branched.speeds]
+
+    def run() -> BenchAnswer:
+        orbits: list[Orbit] = []
+        for scene in scenes:
+            orbits.append(limit_cycle(scene, orbits[-1] if orbits else None, tolerance))
+        return BenchAnswer(tuple(orbit.period for orbit in orbits), 0)
+
+    return run
+
+
 def _one_by_one(problem: Problem, tolerance: float) -> Callable[[], BenchAnswer]:
     """Run every speed of a sweep by itself."""
     first, second, x, u = parts_of_sweep(problem, tolerance, None)
@@ -175,6 +191,7 @@ _ALL = (*_EXACT_LAW, *_CONTINUOUS, "P5", *_MANY)
 _MODELICA = ("P11", "P12", "P13")
 _FINE = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 _HARMONIC = tuple(pyharm_peer.HARMONICS)
+_SHOOTING = shooting_by_hand.WORKAROUNDS
 _SLOW = (1e-6, 1e-8, 1e-10, 1e-12)
 
 
@@ -182,7 +199,7 @@ def peers() -> dict[str, Peer]:
     """Return every solver by name, installed or not."""
     scipy, casadi = scipy_peer.WORKAROUNDS, casadi_peer.WORKAROUNDS
     every = [
-        Peer("symfric", _prepare_default, (*_ALL, "P10", *_MODELICA, "P14", "P15"), _FINE, own=True),
+        Peer("symfric", _prepare_default, (*_ALL, "P10", *_MODELICA, "P14", "P15", "P16"), _FINE, own=True),
         Peer("symfric taylor", _prepare_series, ("P1", *_MANY), _FINE, own=True),
         Peer("symfric one by one", _one_by_one, ("P5",), _FINE, own=True),
         Peer("symfric integrators", _prepare_integrators, (*_STICKING, *_CONTINUOUS), _SLOW, own=True),
@@ -195,6 +212,8 @@ def peers() -> dict[str, Peer]:
         Peer(
             "heyoka, impacts", impacts_by_hand.prepare_heyoka, ("P15",), _FINE, impacts_by_hand.WORKAROUNDS, ("heyoka",)
         ),
+        Peer("heyoka, response", shooting_by_hand.prepare_response, ("P10",), _FINE, _SHOOTING, ("heyoka",)),
+        Peer("heyoka, branch", shooting_by_hand.prepare_branch, ("P16",), _FINE, _SHOOTING, ("heyoka",)),
         Peer("casadi erk", casadi_peer.prepare_interpreted, (*_STICKING, "P9"), _SLOW, casadi),
         Peer("casadi erk, C", casadi_peer.prepare_compiled, (*_STICKING, "P9"), _FINE, casadi, ("cc",)),
         Peer("casadi cvodes", casadi_peer.prepare_stiff, ("P4",), _SLOW),
