@@ -71,12 +71,12 @@ class ArraySet:
 
     def items(self) -> list[tuple[str, Any]]:
         """Return the names of all arrays, with those of their records in front, and the arrays."""
-        found: list[tuple[str, Any]] = []
+        entries: list[tuple[str, Any]] = []
         for name in self.names():
             value = getattr(self, name)
             inner = value.items() if isinstance(value, ArraySet) else None
-            found += [(name, value)] if inner is None else [(f"{name}.{n}", array) for n, array in inner]
-        return found
+            entries += [(name, value)] if inner is None else [(f"{name}.{n}", array) for n, array in inner]
+        return entries
 
     def copy(self, shared: Collection[str] = ()) -> Self:
         """Return a set with copies of all fields but those named in `shared`, which are the same."""

@@ -35,9 +35,9 @@ def kept(key: str, make: Callable[[], Kept]) -> Kept:
     """
     parts = [str(_FORMAT), ca.CasadiMeta.version(), key]
     name = hashlib.sha256("\n".join(parts).encode()).hexdigest()
-    found = load(name)
-    if found is not None:
-        return {k: _read(v) for k, v in json.loads(zlib.decompress(found)).items()}
+    stored = load(name)
+    if stored is not None:
+        return {k: _read(v) for k, v in json.loads(zlib.decompress(stored)).items()}
     made = make()
     if any(isinstance(v, Written) for v in made.values()):
         return made

@@ -147,19 +147,19 @@ class ContactDynamics:
 
     def _openings(self, contacts: Sequence[Contact]) -> list[Opening]:
         """Return the contacts that open, stops first; expressions read later may contain their normal forces."""
-        found, names = [], [row.name for row in self.contacts]
+        openings, names = [], [row.name for row in self.contacts]
         for c in sorted((c for c in contacts if c.unilateral is not None), key=lambda c: not c.frictionless):
             assert c.unilateral is not None
             force, line = ca.SX.sym("normal"), -1 if c.frictionless else names.index(c.name)
             gap, restitution = self.read(c.unilateral.gap), self.read(c.unilateral.restitution)
             size = sum(ca.fabs(self.read(e)) for e in sp.Add.make_args(sp.expand(c.unilateral.gap)))
             size += ca.fabs(ca.jacobian(gap, self.q)) @ ca.fabs(self.q)
-            found.append(Opening(c.name, line, gap, size, restitution, force))
+            openings.append(Opening(c.name, line, gap, size, restitution, force))
             self.define(normal_force(c.name), force)
             if c.frictionless:
                 for nothing in (friction_force, slip, stored_energy, dissipated_power):
                     self.define(nothing(c.name), ca.SX(0))
-        return found
+        return openings
 
     def _spring(self, contact: Contact) -> Spring:
         """Return the equations of a contact behind a spring; expressions read later may contain its force."""
@@ -196,10 +196,12 @@ class ContactDynamics:
     def of(cls, scene: Scene, constants: Mapping[sp.Symbol, sp.Expr] | None = None) -> "ContactDynamics":
         """Return the equations of a scene."""
         given = scene.system, scene.contacts, scene.parameters, tuple(scene.inputs)
-        found = cls(*given, constants, horizon=scene.horizon)
+        dynamics = cls(*given, constants, horizon=scene.horizon)
         if scene.clocks:
-            found.springs.append(Clocks.of(scene, found._print.symbols, found.constants, found.t, found.read))
-        return found
+            dynamics.springs.append(
+                Clocks.of(scene, dynamics._print.symbols, dynamics.constants, dynamics.t, dynamics.read)
+            )
+        return dynamics
 
     def copy(self) -> "ContactDynamics":
         """Return a copy, to which symbols and kinks can be added."""

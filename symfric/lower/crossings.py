@@ -91,8 +91,8 @@ class Queue:
 
 def chosen(k: ca.SX, entries: Sequence[ca.SX], otherwise: ca.SX | None = None) -> ca.SX:
     """Return the entry k, and behind the last one this or `otherwise`."""
-    found = entries[-1] if otherwise is None else otherwise
+    value = entries[-1] if otherwise is None else otherwise
     last = len(entries) - (otherwise is None)
     for i in reversed(range(last)):
-        found = ca.if_else(k == i, entries[i], found)
-    return found
+        value = ca.if_else(k == i, entries[i], value)
+    return value

@@ -262,11 +262,11 @@ def _turned(ways: ca.SX, after: ca.SX, rows: list[int], slips: ca.SX) -> tuple[c
         turns[2 * j, j], turns[2 * j + 1, j] = -g, e
     slopes = ca.jacobian(missed, ways) @ turns
     angle = eliminated(slopes + ca.diag(1 - slips), -missed)
-    found = ways + turns @ angle
+    turned = ways + turns @ angle
     for j in range(n):
-        pair = found[2 * j : 2 * j + 2]
-        found[2 * j : 2 * j + 2] = pair / ca.sqrt(ca.if_else(slips[j], ca.sumsqr(pair), 1))
-    return found, missed
+        pair = turned[2 * j : 2 * j + 2]
+        turned[2 * j : 2 * j + 2] = pair / ca.sqrt(ca.if_else(slips[j], ca.sumsqr(pair), 1))
+    return turned, missed
 
 
 def _if_met(missed: ca.SX, speeds: ca.SX, margin: ca.SX) -> ca.SX:

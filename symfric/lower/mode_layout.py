@@ -145,19 +145,19 @@ class ModeLayout:
     @property
     def partners(self) -> list[int]:
         """For every contact along a line, the other component of one in the plane, or -1."""
-        found = [-1] * len(self.lines)
+        partner_of = [-1] * len(self.lines)
         for c in (c for c in self.others if c.in_plane):
-            found[c.line], found[c.line + 1] = c.line + 1, c.line
-        return found
+            partner_of[c.line], partner_of[c.line + 1] = c.line + 1, c.line
+        return partner_of
 
     @property
     def planes(self) -> list[int]:
         """For every contact along a line, the index in m of the first variable of its plane, or -1."""
-        found = [-1] * len(self.lines)
+        first_of = [-1] * len(self.lines)
         for first, c in self._places:
             if c.in_plane:
-                found[c.line], found[c.line + 1] = first, first
-        return found
+                first_of[c.line], first_of[c.line + 1] = first, first
+        return first_of
 
     @property
     def n_gaps(self) -> int:
@@ -184,11 +184,11 @@ class ModeLayout:
     @property
     def _places(self) -> list[tuple[int, OtherContact]]:
         """The other contacts, each with the index of its first variable in m."""
-        found, first = [], self.first_variable
+        places, first = [], self.first_variable
         for contact in self.others:
-            found.append((first, contact))
+            places.append((first, contact))
             first += contact.variables
-        return found
+        return places
 
     @property
     def first_clock(self) -> int:

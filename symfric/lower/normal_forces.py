@@ -83,11 +83,11 @@ def _forces(openings: Sequence[Opening], q: ca.SX, u: ca.SX, t: ca.SX, accelerat
     free = ca.substitute(acceleration, forces, ca.SX.zeros(forces.numel()))
     closed = ca.vertcat(*(e.closed for e in openings))
     coupling = (closed @ closed.T) * (J @ by_forces) + ca.diag(1 - closed)
-    found = eliminated(coupling, -closed * (J @ free + drift))
-    rate = ca.SX(ca.densify(free + by_forces @ found))
+    multipliers = eliminated(coupling, -closed * (J @ free + drift))
+    rate = ca.SX(ca.densify(free + by_forces @ multipliers))
     for i, e in enumerate(openings):
         places = ca.sparsify(J[i, :]).sparsity().get_triplet()[1]
         if len(places) == 1 and J[i, places[0]].is_constant():  # exact, so that a body at rest stays there
             k = places[0]
             rate[k] = ca.if_else(e.mode > 0.5, rate[k], -drift[i] / J[i, k])
-    return found, rate
+    return multipliers, rate

@@ -326,8 +326,8 @@ def _held_after_impact(
     added = coupled @ active @ impulses
     gained += J @ added
     rest = ca.SX.zeros(n_u)
-    found = [hold(J, back, rest, gained[:, k], held, tested=True)[1] for k in range(V.shape[1])]
-    return gained[: w.numel(), :], added + ca.horzcat(*found) if found else ca.SX(n_u, 0)
+    held_columns = [hold(J, back, rest, gained[:, k], held, tested=True)[1] for k in range(V.shape[1])]
+    return gained[: w.numel(), :], added + ca.horzcat(*held_columns) if held_columns else ca.SX(n_u, 0)
 
 
 def _of_impact(automaton: Automaton, what: str, y: ca.SX, t: ca.SX, p: ca.SX) -> ca.SX:

@@ -231,7 +231,7 @@ def test_few_steps_are_left_to_the_event_loop(name, monkeypatch):
     taking = workspace.taking
     monkeypatch.setattr(workspace, "taking", lambda given: taken.append(taking(given)) or taken[-1])
     batch = run_in_lanes(lanes, y, p, 1, None)
-    changes = np.sum(batch.counted[:, 1:]) if not lanes.plan.settles else 0
+    changes = np.sum(batch.counted[:, 1:]) if not lanes.plan.selects_mode else 0
     assert taken[0].kernels.calls - changes < 0.15 * np.sum(batch.counted[:, 0])
 
 

@@ -19,7 +19,7 @@ class Kernels(Scalars, kind=int):
     event: int
     stick: int
     swap: int
-    settles: int  # whether lanes choose the mode after an event
+    selects_mode: int  # whether lanes choose the mode after an event
     closing: int  # whether there are no cases beside those that are handed out
     wanting: int  # whether a lane waits for one
     calls: int  # number of calls of the event loop so far
@@ -90,7 +90,7 @@ def lane_arrays(
     for name in Kernels.names:
         place = at.get(name, at.get(f"{name}0", -1))
         setattr(kernels, name, addresses.get(name, 0) if name in ("smooth", "event", "stick", "swap") else place)
-    kernels.closing, kernels.wanting, kernels.calls, kernels.settles = 0, 0, 0, plan.settles
+    kernels.closing, kernels.wanting, kernels.calls, kernels.selects_mode = 0, 0, 0, plan.selects_mode
     kernels.n_x, kernels.n_e, kernels.follows = plan.n_x, len(plan.rows), plan.follows
     kernels.sticker = plan.automaton.sticks.index(True) if len(plan.variants) > 1 else -1
     given["place"].loop = loop

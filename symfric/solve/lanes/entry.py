@@ -127,9 +127,9 @@ def _process(b: LaneArrays, width: int) -> int:
                 if (called >> k) & 1:
                     if (b.masks[LEFT] >> k) & 1:
                         b.state[k], again = RARE, True
-                    elif b.kernels.settles == 0 and (b.masks[MET] >> k) & 1:
+                    elif b.kernels.selects_mode == 0 and (b.masks[MET] >> k) & 1:
                         b.state[k], again = TURNS, True
-                    elif kind == STUCK if b.kernels.settles == 0 else (b.masks[HELD] >> k) & 1 != 0:
+                    elif kind == STUCK if b.kernels.selects_mode == 0 else (b.masks[HELD] >> k) & 1 != 0:
                         b.state[k] = STUCK
                         again = again or kind == STUCK
                     else:
@@ -171,10 +171,10 @@ def _loop_on(b: LaneArrays, k: int, fresh: int) -> int:
             b.status[case] = NOT_FINITE if code == FAILED else code
             b.state[k], b.case_of[WAITING, k] = EMPTY, -1
             return spent
-        found = readiness(b, w)
-        if found != NOT:
+        ready = readiness(b, w)
+        if ready != NOT:
             to_lane(b, w, b.waiting, k)
-            b.state[k] = STUCK if found == STICKS else EVENT if found == BEGINS else READY
+            b.state[k] = STUCK if ready == STICKS else EVENT if ready == BEGINS else READY
             return spent
         if spent > _MOST:
             b.state[k] = LOOPING

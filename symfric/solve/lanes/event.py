@@ -34,24 +34,24 @@ def event_step(plan: Plan, width: int, name: str, variant: int) -> Written:
     names = [n for n in kernel.at if n.startswith(("y", "scale", "other", "aux"))]
     names += ["mode", "way", "fresh0", "little0", "rest", "events", "grazes"]
 
-    def settled(olds: Row) -> Row:
+    def selected(olds: Row) -> Row:
         before = dict(v)
         v.update(zip(names, olds[:-1], strict=True))
         kernel.plain = True
-        _settle(kernel, hit, which, variant == STICKS)
+        _select_mode(kernel, hit, which, variant == STICKS)
         news = [choose(hit, v[n], o) for n, o in zip(names, olds, strict=False)]
         right = g.logic("or", kernel.plain, ~hit)
         v.update(before)
         return [*news, right]
 
     whole, kernel.plain = kernel.plain, True
-    *news, right = g.branch(hit, [*(v[n] for n in names), True], settled)
+    *news, right = g.branch(hit, [*(v[n] for n in names), True], selected)
     v.update(zip(names, news, strict=True))
     kernel.plain = g.logic("and", whole, right)
     return kernel.finish(last, {HELD: g.equal(v["mode"], 0.0)})
 
 
-def _settle(kernel: Kernel, hit: Value, which: Value, sticks: bool) -> None:
+def _select_mode(kernel: Kernel, hit: Value, which: Value, sticks: bool) -> None:
     """Choose the mode after an event, where nothing is in doubt."""
     g, v, plan = kernel.g, kernel.v, kernel.plan
     at = _gauge(kernel, kernel.of("y", plan.n_x))
@@ -66,11 +66,11 @@ def _settle(kernel: Kernel, hit: Value, which: Value, sticks: bool) -> None:
         way, held, carries = choose(g.equal(which, float(backward(0))), -1.0, 1.0), False, True
         guards, aux = _release(kernel, way, hit, aux)
     else:
-        found, aux = _probe(kernel, STICKS, [HOLDS, old], aux)
-        way, exceeds = _excess(kernel, at, found, hit)
+        probed, aux = _probe(kernel, STICKS, [HOLDS, old], aux)
+        way, exceeds = _excess(kernel, at, probed, hit)
         held = carries = ~exceeds
-        _stay(kernel, found, hit & held)
-        start = _guards(kernel, found)
+        _stay(kernel, probed, hit & held)
+        start = _guards(kernel, probed)
 
         def let_go(olds: Row) -> Row:
             rows, other = _release(kernel, way, hit & exceeds, olds[plan.n_g : -1])
@@ -109,32 +109,32 @@ def _probe(kernel: Kernel, variant: int, mode: Row, aux: Row) -> tuple[list[list
     return kernel.coefficients(series.probe, own), [*own, *aux[len(own) :]]
 
 
-def _guards(kernel: Kernel, found: Sequence[Row]) -> list[Value]:
+def _guards(kernel: Kernel, probed: Sequence[Row]) -> list[Value]:
     plan = kernel.plan
-    return [row[0] for row in found[plan.n_x : plan.n_x + plan.n_g]]
+    return [row[0] for row in probed[plan.n_x : plan.n_x + plan.n_g]]
 
 
 def _release(kernel: Kernel, way: Value, lanes: Value, aux: Row) -> tuple[list[Value], list[Value]]:
     """Return the guards of a slip that begins; one that does not move off clearly is in doubt."""
     g, v, plan = kernel.g, kernel.v, kernel.plan
-    found, aux = _probe(kernel, SLIPS, [0.0, way], aux)
-    _, first, second, third = found[plan.n_x + backward(0)]
+    probed, aux = _probe(kernel, SLIPS, [0.0, way], aux)
+    _, first, second, third = probed[plan.n_x + backward(0)]
     little = statements.no_acceleration(v["little0"], v["t"], second)
     backs = (first < -little) | ((first <= little) & (second * plan.horizon < -v["little0"]))
     idles = g.equal(first, 0.0) & g.equal(second, 0.0) & g.equal(third, 0.0)
     kernel.require(~(lanes & (backs | idles)))
-    return _guards(kernel, found), aux
+    return _guards(kernel, probed), aux
 
 
-def _sides(kernel: Kernel, found: Sequence[Row]) -> tuple[Row, Row, Value]:
+def _sides(kernel: Kernel, probed: Sequence[Row]) -> tuple[Row, Row, Value]:
     """Return the two guards of a sticking contact, and what rounding of them is relative to."""
-    over, under = found[kernel.plan.n_x + backward(0)], found[kernel.plan.n_x + forward(0)]
+    over, under = probed[kernel.plan.n_x + backward(0)], probed[kernel.plan.n_x + forward(0)]
     return over, under, statements.stick_scale(over[0], under[0])
 
 
-def _excess(kernel: Kernel, at: Row, found: Sequence[Row], lanes: Value) -> tuple[Value, Value]:
+def _excess(kernel: Kernel, at: Row, probed: Sequence[Row], lanes: Value) -> tuple[Value, Value]:
     """Return the direction in which a contact exceeds its bound if it sticks, and where it does."""
-    over, under, scale = _sides(kernel, found)
+    over, under, scale = _sides(kernel, probed)
     back = over[0] < under[0]
     room, slope = choose(back, over[0], under[0]), choose(back, over[1], under[1])
     time = natural_time(kernel)
@@ -146,9 +146,9 @@ def _excess(kernel: Kernel, at: Row, found: Sequence[Row], lanes: Value) -> tupl
     return choose(back, -1.0, 1.0 + (time - time)), exceeds
 
 
-def _stay(kernel: Kernel, found: Sequence[Row], lanes: Value) -> None:
+def _stay(kernel: Kernel, probed: Sequence[Row], lanes: Value) -> None:
     """Leave a contact that begins to stick at its bound, or with hardly a bound, to the event loop."""
-    *sides, scale = _sides(kernel, found)
+    *sides, scale = _sides(kernel, probed)
     for k, side in zip((backward(0), forward(0)), sides, strict=True):
         kernel.require(~lanes | ((side[0] > ROUNDING * scale) & (scale > TIE * kernel.v[f"other{k}"])))
 

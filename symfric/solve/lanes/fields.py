@@ -32,7 +32,7 @@ class Plan:
     horizon : float
     exact : int
         Order to which weighted steps are accurate, 0 without them; see `symfric.solve.loop.stepping.decay_weights`.
-    settles : bool
+    selects_mode : bool
         Whether the mode after an event is chosen in lanes; otherwise the event loop does that.
     """
 
@@ -43,7 +43,7 @@ class Plan:
     doubt: float
     horizon: float
     exact: int
-    settles: bool
+    selects_mode: bool
 
     @property
     def n_x(self) -> int:
@@ -92,7 +92,7 @@ class Plan:
     def key(self) -> str:
         """Return a hash of all that kernels are written from."""
         automaton = self.automaton
-        parts = [str(self.tolerance), str(self.doubt), str(self.horizon), str(self.settles), str(self.order)]
+        parts = [str(self.tolerance), str(self.doubt), str(self.horizon), str(self.selects_mode), str(self.order)]
         parts += [str(self.exact), str(weights(self.order))] if self.exact else []
         parts += [str(automaton.layout), str(automaton.anchors), str(automaton.n_q), automaton.gauge.serialize()]
         parts += [str([(row.kind, row.follows) for row in self.rows]), str(self.n_x)]
@@ -104,7 +104,7 @@ class Plan:
     @property
     def starting(self) -> tuple[int, ...]:
         """Guards that may start a mode at zero."""
-        return (backward(0),) if self.settles else tuple(range(self.n_g))
+        return (backward(0),) if self.selects_mode else tuple(range(self.n_g))
 
     def names(self) -> dict[str, int]:
         """Return the place of every field.
@@ -119,16 +119,16 @@ class Plan:
         scales of the guards in the other mode, parameters.
         """
         e, g, layout = len(self.rows), self.n_g, self.automaton.layout
-        found = [*_many("y", self.n_x), "t", "t_low", "h_last", "end", "steps", "mark_steps"]
-        found += [*_many("start", self.n_x), *_many("scale", self.n_r), *_many("first", e), *_many("second", e)]
-        found += [*_many("seen", e * self.follows), *_many("aux", self.n_aux), *(f"fresh{i}" for i in self.starting)]
-        found += _many("little", len(layout.lines))
-        if self.settles:
-            found += ["events", "mark_events", "grazes", "mode", "way", "rest", *_many("other", g)]
-            found += _many("p", self.n_p)
+        fields = [*_many("y", self.n_x), "t", "t_low", "h_last", "end", "steps", "mark_steps"]
+        fields += [*_many("start", self.n_x), *_many("scale", self.n_r), *_many("first", e), *_many("second", e)]
+        fields += [*_many("seen", e * self.follows), *_many("aux", self.n_aux), *(f"fresh{i}" for i in self.starting)]
+        fields += _many("little", len(layout.lines))
+        if self.selects_mode:
+            fields += ["events", "mark_events", "grazes", "mode", "way", "rest", *_many("other", g)]
+            fields += _many("p", self.n_p)
         else:
-            found += [*_many("slack", len(layout.loads)), "which"]
-        return {name: k for k, name in enumerate(found)}
+            fields += [*_many("slack", len(layout.loads)), "which"]
+        return {name: k for k, name in enumerate(fields)}
 
 
 def _many(name: str, n: int) -> list[str]:

@@ -132,8 +132,8 @@ def _crossing(kernel: Kernel, row: Row, i: int, total: Value, near: Value, need:
         return line, doubt
     never = choose(straight, line, 2.0 * near)
     search = need & ~doubt & ~straight & ~_stays(kernel, row, begin, total, near)
-    found, several = g.branch(search, [never, False], lambda olds: _by_signs(kernel, b, near, search, olds[0]))
-    return found, g.logic("or", doubt, several)
+    first, several = g.branch(search, [never, False], lambda olds: _by_signs(kernel, b, near, search, olds[0]))
+    return first, g.logic("or", doubt, several)
 
 
 def _by_signs(kernel: Kernel, b: Row, near: Value, search: Value, never: Value) -> Row:

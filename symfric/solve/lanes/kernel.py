@@ -53,7 +53,7 @@ class Kernel:
         self.v: dict[str, Value] = {n: self.g.load(k) for n, k in self.at.items()}
         self.called: Value = self.g.load_mask(CALLED) if called else True
         self.exposed = sorted({r for v in plan.variants for r in v.exposed})
-        self.starting = plan.starting if called or plan.settles else ()
+        self.starting = plan.starting if called or plan.selects_mode else ()
         self.plain: Value = True
         self.owed: dict[int, Value] = {}
         self._old = dict(self.v)
@@ -109,5 +109,5 @@ class Kernel:
         """Return what a step h adds to the states, and by how much one of length `far` can change the guards."""
         plan = self.plan
         flat = [e for row in c[: plan.n_x + plan.n_g] for e in row]
-        (found,) = self.g.graph(reach(plan.n_x, plan.n_g, plan.order), [[h, far], flat])
-        return found[: plan.n_x], found[plan.n_x :]
+        (bounds,) = self.g.graph(reach(plan.n_x, plan.n_g, plan.order), [[h, far], flat])
+        return bounds[: plan.n_x], bounds[plan.n_x :]

@@ -56,8 +56,8 @@ def plan_of(model: CompiledModel, automaton: Automaton, variants: Sequence[Serie
     if layout.openings or automaton.planes or long:
         return None
     alone = len(layout.lines) == 1 and layout.n_guards == LINE_GUARDS and not automaton.inputs and not automaton.steps
-    settles = alone and len(variants) == 2 and automaton.anchors[0][0] >= 0 and not model.first.limits.varied
-    return Plan(automaton, tuple(variants), rows, clock.tolerance, clock.doubt, horizon, exact, settles)
+    selects_mode = alone and len(variants) == 2 and automaton.anchors[0][0] >= 0 and not model.first.limits.varied
+    return Plan(automaton, tuple(variants), rows, clock.tolerance, clock.doubt, horizon, exact, selects_mode)
 
 
 class LaneModel:
@@ -77,7 +77,7 @@ class LaneModel:
         kernels = [Drafted("smooth", key, partial(smooth_step, plan, self.width))]
         kernels.append(Drafted("swap", key, partial(swap, len(plan.names()), self.width)))
         if plan.n_g:
-            located, names = event_step if plan.settles else located_step, ("event", "stick")[: len(plan.variants)]
+            located, names = event_step if plan.selects_mode else located_step, ("event", "stick")[: len(plan.variants)]
             kernels += [Drafted(name, key, partial(located, plan, self.width, name, k)) for k, name in enumerate(names)]
         self._code = compile_functions(kernels)
         self.addresses = self._code.addresses

@@ -44,8 +44,8 @@ def _pay_one(b: LaneArrays, w: LoopArrays, block: Matrix, e: int, k: int) -> Non
         w.roots.poly[j] = b.notes[row + j, k] * power
         power *= tau
     low, high, r = block[first, k], block[second, k], w.roots
-    found = extend_range(r.poly, order, low, high, w.tables.bernstein, r.stack, r.found, r.slope)
-    block[first, k], block[second, k] = found
+    ends = extend_range(r.poly, order, low, high, w.tables.bernstein, r.stack, r.places, r.slope)
+    block[first, k], block[second, k] = ends
     if b.kernels.follows:
         _follow_one(b, w, block, e, k, low, high)
 

@@ -25,7 +25,7 @@ def only_root(kernel: Kernel, b: Row, last: Value, lanes: Value) -> tuple[Value,
     padded = [*b, 0.0, 0.0, 0.0]
 
     def body(state: Sequence[Value]) -> Row:
-        go, s, lo, hi, found, lost, rounds = state
+        go, s, lo, hi, root, lost, rounds = state
         s = choose((lo < s) & (s < hi), s, 0.5 * (lo + hi))
         with g.apart():
             f, slope = statements.value_and_slope(padded, n, s)
@@ -35,9 +35,9 @@ def only_root(kernel: Kernel, b: Row, last: Value, lanes: Value) -> tuple[Value,
         done = (low <= new) & (new <= high) & (abs(new - s) <= LAST_STEP * s)
         rounds = rounds - 1.0
         late = go & ~done & ~(rounds > 0.0)
-        news = [choose(go, a, o) for a, o in ((new, state[1]), (low, lo), (high, hi), (new, found))]
+        news = [choose(go, a, o) for a, o in ((new, state[1]), (low, lo), (high, hi), (new, root))]
         return [go & ~done & ~late, *news, lost | late, rounds]
 
     start = [lanes, parabola_root(kernel, b[0], last, b[1]), zero, zero + 1.0, zero, lanes & ~lanes, zero + _MOST_STEPS]
-    _, _, _, _, found, lost, _ = g.loop(start, body)
-    return found, lost
+    _, _, _, _, root, lost, _ = g.loop(start, body)
+    return root, lost

@@ -87,15 +87,15 @@ def accept(kernel: Kernel, c: Sequence[Row], h: Value, gains: Row) -> None:
     aux = kernel.aux(kernel.variant)
     _hide_nothing(kernel, c, h, aux)
     end = [*(row[0] + e for row, e in zip(c, gains, strict=False)), v["t"] + (v["t_low"] + h)]
-    found = kernel.coefficients(kernel.variant.probe, aux, end)
+    probed = kernel.coefficients(kernel.variant.probe, aux, end)
     fine = SLACK * plan.tolerance
     for r in range(plan.automaton.n_q, plan.n_x):
-        truth, rate = found[r][1], statements.slope(c[r], h)
+        truth, rate = probed[r][1], statements.slope(c[r], h)
         allowed = statements.defect_of_rate(v[f"scale{r}"], abs(c[r][1]), truth, h, fine)
         kernel.require(abs(rate - truth) * h <= allowed)
     for r in kernel.exposed:
         if r >= plan.n_x:
-            truth, found_value = found[r][0], statements.value(c[r], plan.order, h)
+            truth, found_value = probed[r][0], statements.value(c[r], plan.order, h)
             allowed = statements.defect_of_value(_size_of(kernel, c, r, h), truth, fine)
             kernel.require(abs(found_value - truth) <= allowed)
 

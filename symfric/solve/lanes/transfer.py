@@ -5,7 +5,7 @@ from symfric.codegen.numba_types import compiled
 from symfric.lower.cell_edges import ON_EDGE
 from symfric.model.rows import FOLLOW, INTEGRAL, VALUES
 from symfric.solve.lanes.arrays import LaneArrays
-from symfric.solve.loop.codes import EXPAND, SEGMENT, SETTLE
+from symfric.solve.loop.codes import EXPAND, SEGMENT, SELECT
 from symfric.solve.loop.modes.layout import is_load, sign, switch
 from symfric.solve.loop.modes.tolerances import little
 from symfric.solve.loop.recording.noted_values import next_due
@@ -35,7 +35,7 @@ def readiness(b: LaneArrays, w: LoopArrays) -> int:
         if abs(w.m[sign(j, n_c)]) == ON_EDGE or (w.contacts.edge[j] != 0 and w.guards.fresh[switch(j, n_c)] != 0):
             return NOT
     sticks = w.limits.sticker >= 0 and w.m[w.limits.sticker] > 0.5
-    if b.kernels.settles:
+    if b.kernels.selects_mode:
         return (NOT if begins else STICKS) if sticks else MOVES
     return STICKS if sticks else BEGINS if begins else MOVES
 
@@ -65,7 +65,7 @@ def to_lane(b: LaneArrays, w: LoopArrays, block: Matrix, k: int) -> None:
         block[at.aux + i, k] = w.aux[i]
     for i in range(n_c):
         block[at.little + i, k] = little(w, i)
-    if at.settles:
+    if at.selects_mode:
         block[at.fresh, k] = w.guards.fresh[0]
         block[at.events, k], block[at.grazes, k] = w.counts.events, w.counts.grazes
         block[at.mark_events, k] = min(w.counts.mark_events + WINDOW, w.limits.max_events) - 1
@@ -111,10 +111,10 @@ def to_loop(b: LaneArrays, w: LoopArrays, block: Matrix, k: int, met: bool) -> N
     w.counts.phase = EXPAND
     if met:
         w.guards.hit[int(block[at.which, k])] = 1
-        w.counts.phase = SETTLE
+        w.counts.phase = SELECT
     elif block[at.t, k] >= block[at.end, k] and block[at.t, k] < w.clock.t_end:
         w.counts.phase = SEGMENT
-    if at.settles:
+    if at.selects_mode:
         _mode_to_loop(b, w, block, k)
     if w.limits.checked and advanced:
         for i in range(n_x + 1):
@@ -133,7 +133,7 @@ def _mode_to_loop(b: LaneArrays, w: LoopArrays, block: Matrix, k: int) -> None:
     for g in range(w.guards.fresh.size):
         w.guards.fresh[g], w.guards.slack[g] = 0, 0.0
         w.guards.other[g] = block[at.other + g, k]
-    if block[at.fresh, k] > 0.0:  # the event was settled after its step
+    if block[at.fresh, k] > 0.0:  # the mode was selected after its step
         w.guards.fresh[0], w.counts.stall = 1, 1
     for i in range(w.aux.size):
         w.aux[i] = block[at.aux + i, k]

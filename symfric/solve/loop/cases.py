@@ -159,18 +159,18 @@ def _share_out(
 
 def rows_of(wanted: Observables, arrays: CaseArrays) -> dict[str, Any]:
     """Return the observable of every output, as `Workspace.collect` does, with the cases as last axis."""
-    found: dict[str, Any] = {}
+    values: dict[str, Any] = {}
     first = np.cumsum([0, *(len(row.times) for row in wanted.rows)])
     for name, k in wanted.row.items():
         row = wanted.rows[k]
         if row.kind == RANGE:
             low, high = arrays.total[:, k, 0], arrays.total[:, k, 1]
             least = np.maximum(np.maximum(low, -high), 0.0)
-            found[name] = (least, np.maximum(-low, high)) if row.magnitude else (low, high)
+            values[name] = (least, np.maximum(-low, high)) if row.magnitude else (low, high)
         elif row.kind == INTEGRAL:
-            found[name] = arrays.total[:, k, 2]
+            values[name] = arrays.total[:, k, 2]
         elif row.kind == CROSSINGS:
-            found[name] = tuple(arrays.total[:, k, :3].T)
+            values[name] = tuple(arrays.total[:, k, :3].T)
         else:
-            found[name] = arrays.seen[:, first[k] : first[k + 1]].T
-    return found
+            values[name] = arrays.seen[:, first[k] : first[k + 1]].T
+    return values

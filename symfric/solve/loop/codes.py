@@ -10,7 +10,7 @@ MANY_CONTACTS, OVERLAP = int(Status.MANY_CONTACTS), int(Status.OVERLAP)
 STEP_BUDGET, EVENT_BUDGET, CHATTER = int(Status.STEP_BUDGET), int(Status.EVENT_BUDGET), int(Status.CHATTER)
 QUEUE_FULL = int(Status.QUEUE_FULL)
 
-SETTLE, EXPAND, GO, SEGMENT = range(4)  # values of `Counts.phase`
+SELECT, EXPAND, GO, SEGMENT = range(4)  # values of `Counts.phase`
 HIT, LOADED = 1, 2  # values of `Counts.flagged`
 
 STRUCTURE = 2  # value of `LoopLimits.linear`

@@ -117,10 +117,10 @@ class CompiledModel:
         except IndexError:
             workspace = Workspace(self)
         status = workspace.drive(y, p, progress)
-        found = workspace.collect()
+        collected = workspace.collect()
         if not (workspace.large and self._idle):
             self._idle.append(workspace)
-        return status, found
+        return status, collected
 
 
 class _Kept(NamedTuple):
@@ -225,20 +225,20 @@ class Workspace:
                 path = Path(*(a.copy() for a in self._stored_path(kept)))
             if wanted.events:
                 log = w.stored.event_t[:logged].copy(), w.stored.event_i[:logged].copy()
-        found: dict[str, Any] = {}
+        values: dict[str, Any] = {}
         if wanted.row:
             total = w.observed.total.tolist()
             for name, k in wanted.row.items():
                 row, (low, high, value, _) = wanted.rows[k], total[k]
                 if row.kind == RANGE:
-                    found[name] = _range(row, low, high)
+                    values[name] = _range(row, low, high)
                 elif row.kind == INTEGRAL:
-                    found[name] = value
+                    values[name] = value
                 elif row.kind == CROSSINGS:
-                    found[name] = low, high, value
+                    values[name] = low, high, value
                 else:
-                    found[name] = w.observed.seen[w.times.first[k] : w.times.first[k + 1]].copy()
-        raw = Raw(found, w.clock.rest, path, log)
+                    values[name] = w.observed.seen[w.times.first[k] : w.times.first[k + 1]].copy()
+        raw = Raw(values, w.clock.rest, path, log)
         stats = {"steps": steps, "events": events, "kinks": kinks, "grazes": grazes}
         return self._state.copy(), w.y.item(-1), stats, raw
 

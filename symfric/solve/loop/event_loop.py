@@ -15,7 +15,7 @@ from symfric.solve.loop.codes import (
     PAINLEVE,
     QUEUE_FULL,
     SEGMENT,
-    SETTLE,
+    SELECT,
     STEP_COLLAPSE,
 )
 from symfric.solve.loop.events.crossings import cross
@@ -25,9 +25,9 @@ from symfric.solve.loop.events.saltation import give_up_derivatives, has_derivat
 from symfric.solve.loop.events.time_steps import mark_steps, soon
 from symfric.solve.loop.events.transitions import transit
 from symfric.solve.loop.modes.layout import mode
-from symfric.solve.loop.modes.mode_selection import keep_scales, settle
-from symfric.solve.loop.modes.opening_selection import settle_openings
-from symfric.solve.loop.modes.planes import settle_planes
+from symfric.solve.loop.modes.mode_selection import keep_scales, select_mode
+from symfric.solve.loop.modes.opening_selection import select_with_openings
+from symfric.solve.loop.modes.planes import select_in_plane
 from symfric.solve.loop.precision import EPS, STRETCH
 from symfric.solve.loop.recording.accumulation import accumulate
 from symfric.solve.loop.recording.last_flights import count_flights, vary_end
@@ -93,7 +93,7 @@ def drive(w: LoopArrays) -> int:
             w.counts.mark_steps, w.clock.mark_steps_t = w.counts.steps + _MANY_STEPS, w.y[n_x]
         if w.counts.phase == SEGMENT:
             _next_segment(w)
-        if w.counts.phase == SETTLE:
+        if w.counts.phase == SELECT:
             status = _switch(w, n_x, n_c)
             if status != OK:
                 return status
@@ -106,7 +106,7 @@ def drive(w: LoopArrays) -> int:
                         reach(w, tau, tau)
                         try_end(w, n_x, tau)
                         _advance(w, n_x, n_c, tau)
-                    w.counts.phase = SETTLE if w.counts.flagged else EXPAND
+                    w.counts.phase = SELECT if w.counts.flagged else EXPAND
                     if w.counts.flagged == LOADED:
                         return LOST_CONTACT
                     continue
@@ -163,7 +163,7 @@ def drive(w: LoopArrays) -> int:
             if limit < w.clock.t_end:
                 w.counts.phase = SEGMENT
                 continue
-        w.counts.phase = SETTLE if w.counts.flagged else EXPAND
+        w.counts.phase = SELECT if w.counts.flagged else EXPAND
         if w.counts.flagged == LOADED:
             return LOST_CONTACT
 
@@ -223,11 +223,11 @@ def _switch(w: LoopArrays, n_x: int, n_c: int) -> int:
     if changed < 0:
         return QUEUE_FULL
     if w.openings.variable.size:
-        status = settle_openings(w, starting)
+        status = select_with_openings(w, starting)
     elif w.limits.planes:
-        status = settle_planes(w)
+        status = select_in_plane(w)
     else:
-        status = settle(w)
+        status = select_mode(w)
     if status != OK:
         return status
     if w.limits.first_crossing < w.guards.hit.size and cross(w, n_x, starting):
@@ -287,7 +287,7 @@ def _next_segment(w: LoopArrays) -> None:
     for g in range(w.guards.hit.size):
         w.guards.hit[g] = 0
     _load_segment(w)
-    w.counts.phase = SETTLE
+    w.counts.phase = SELECT
 
 
 @compiled

@@ -100,7 +100,7 @@ class Roots(ArraySet):
 
     poly: Reals  # copy of a polynomial, (order + 5,)
     slope: Reals  # derivative of this polynomial
-    found: Reals  # roots found
+    places: Reals  # of roots
     stack: Matrix  # stack of the subdivision
 
 
@@ -193,7 +193,7 @@ class Impacts(ArraySet):
     entry_m: Reals
     options: Integers  # number of modes to try of each contact that opens, then of each along a line
     tried: Integers  # which of them is tried
-    found: Reals  # mode found, and its accelerations
+    chosen: Reals  # mode chosen, and its accelerations
     rates: Reals
     factor: Matrix  # factorisation of the coupling of all contacts that hold, (n_c + n_n, n_c + n_n)
     held: Integers  # these contacts in its order

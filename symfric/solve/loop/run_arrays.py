@@ -22,7 +22,7 @@ class Counts(Scalars, kind=int):
     kept_steps: int  # stored steps of the trajectory
     kept_events: int
     segment: int  # current segment of the inputs
-    phase: int  # next phase of the loop: SETTLE, EXPAND, GO or SEGMENT
+    phase: int  # next phase of the loop: SELECT, EXPAND, GO or SEGMENT
     stall: int  # events since time has advanced
     mark_events: int  # events when `Clock.mark_t` was set
     mark_steps: int  # steps when `Clock.mark_steps_t` is set next

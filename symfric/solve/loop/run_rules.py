@@ -3,7 +3,7 @@
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.codes import CHATTER, EVENT_BUDGET, OK, SETTLE, STEP_BUDGET
+from symfric.solve.loop.codes import CHATTER, EVENT_BUDGET, OK, SELECT, STEP_BUDGET
 from symfric.solve.loop.run_arrays import RunArrays
 from symfric.solve.status import EVENTS_FULL, PATH_FULL, PAUSED
 
@@ -16,7 +16,7 @@ def begin_counting(w: RunArrays) -> None:
     """Initialise counters and times of a run."""
     c = w.counts
     c.steps, c.events, c.kinks, c.grazes, c.kept_steps, c.kept_events = 0, 0, 0, 0, 0, 0
-    c.segment, c.phase, c.stall, c.mark_events, c.mark_steps, c.flagged, c.doubts = 0, SETTLE, 0, 0, 0, 0, 0
+    c.segment, c.phase, c.stall, c.mark_events, c.mark_steps, c.flagged, c.doubts = 0, SELECT, 0, 0, 0, 0, 0
     c.jumped = 0
     w.clock.t_low, w.clock.h_last, w.clock.rest = 0.0, 0.0, np.nan
     w.clock.mark_t, w.clock.mark_steps_t = 0.0, -np.inf

@@ -64,10 +64,10 @@ def slope(c: Value, t: Value) -> Value:
 
 def area(c: Value, n: Value, t: Value) -> Value:
     """Evaluate the integral of a polynomial from zero."""
-    found = 0.0
+    total = 0.0
     for k in range(n, -1, -1):
-        found = found * t + c[k] / (k + 1)
-    return found * t
+        total = total * t + c[k] / (k + 1)
+    return total * t
 
 
 def value_and_slope(b: Value, n: Value, t: Value) -> Value:

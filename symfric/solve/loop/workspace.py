@@ -210,7 +210,9 @@ def make_arrays(
         step=Step.zeros(
             lengths=2, reach=n_x + n_g, end=n_x + 1, unseen=n_h, terms=n_h, box=2 * n_x + 2, bend=n_x, base=(3, n_x)
         ),
-        roots=Roots.zeros(poly=order + 5, slope=order + 2, found=order + 2, stack=(DEPTH + 4, max(order, QUARTIC) + 4)),
+        roots=Roots.zeros(
+            poly=order + 5, slope=order + 2, places=order + 2, stack=(DEPTH + 4, max(order, QUARTIC) + 4)
+        ),
         guards=Guards.zeros(hit=n_g, fresh=n_g, slack=n_g, other=backward(n_c), carries=n_c),
         selection=Selection.zeros(
             old=n_c,
@@ -266,7 +268,7 @@ def make_arrays(
             entry_m=layout.n_mode if impact else 0,
             options=n_n + n_c if impact else 0,
             tried=n_n + n_c if impact else 0,
-            found=layout.n_mode if impact else 0,
+            chosen=layout.n_mode if impact else 0,
             rates=n_q if impact else 0,
             factor=(n_n + n_c, n_n + n_c) if impact else (0, 0),
             held=n_n + n_c if impact else 0,
@@ -331,16 +333,16 @@ def _numbers(given: Sequence[Any]) -> np.ndarray:
 def _linear_equations(equations: Matrices | None, n_x: int, n_q: int) -> tuple[LinearEquations, Powers]:
     """Return the arrays of linear equations, empty for any other scene; those of a structure in addition."""
     entries = list(zip(equations.rows, equations.columns, strict=True)) if equations else []
-    found = equations if isinstance(equations, StructureMatrices) else None
-    along_q, along_u, felt, _ = found.sizes if found else (0, 0, 0, 0)
-    operators = found.operators if found else _room(0, 0)
+    structure = equations if isinstance(equations, StructureMatrices) else None
+    along_q, along_u, felt, _ = structure.sizes if structure else (0, 0, 0, 0)
+    operators = structure.operators if structure else _room(0, 0)
     matrices = LinearEquations(
         pattern=_numbers(entries).reshape(-1, 2),
-        weights=found.weights if found else _room(0, 0),
+        weights=structure.weights if structure else _room(0, 0),
         operators=operators,
-        places=found.places if found else _numbers([]).reshape(0, 2),
-        own=_numbers(found.own if found else []),
-        joint=_numbers(found.joint if found else []),
+        places=structure.places if structure else _numbers([]).reshape(0, 2),
+        own=_numbers(structure.own if structure else []),
+        joint=_numbers(structure.joint if structure else []),
     )
     n = len(entries)
     powers = Powers.zeros(
@@ -351,9 +353,9 @@ def _linear_equations(equations: Matrices | None, n_x: int, n_q: int) -> tuple[L
         newest=(2, n_x),
         combined=operators.shape[1],
         given=along_q + along_u + len(matrices.own) + felt,
-        answers=found.n_r if found else 0,
-        pushed=n_q if found else 0,
+        answers=structure.n_r if structure else 0,
+        pushed=n_q if structure else 0,
     )
-    if found:
+    if structure:
         powers.combined[:] = operators[0]
     return matrices, powers

@@ -30,8 +30,8 @@ def _kept(field: str, order: int, suffix: str, longest: int, columns: _Columns |
         series = expansion.expand(ca.Function.deserialize(field), order, suffix, varied)
         return {f.name: getattr(series, f.name) for f in fields(series)}
 
-    found = kept(f"{_written_by()} {order} {longest} {suffix} {field} {columns}", make)
-    return Series(**{**found, "exposed": tuple(found["exposed"])})
+    stored = kept(f"{_written_by()} {order} {longest} {suffix} {field} {columns}", make)
+    return Series(**{**stored, "exposed": tuple(stored["exposed"])})
 
 
 @cache

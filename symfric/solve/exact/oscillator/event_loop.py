@@ -18,7 +18,7 @@ from symfric.solve.exact.oscillator.workspace import (
     J,
     OscillatorArrays,
 )
-from symfric.solve.loop.codes import GO, LOST_CONTACT, NOT_FINITE, OK, SETTLE, UNDECIDED
+from symfric.solve.loop.codes import GO, LOST_CONTACT, NOT_FINITE, OK, SELECT, UNDECIDED
 from symfric.solve.loop.precision import MOST_DOUBT, ROUNDING, TIE
 from symfric.solve.loop.run_rules import begin_counting, budget, pause
 from symfric.solve.status import PATH_FULL
@@ -47,7 +47,7 @@ def drive(w: OscillatorArrays) -> int:
         status = pause(w, stop, 1)
         if status != OK:
             return status
-        if w.counts.phase == SETTLE:
+        if w.counts.phase == SELECT:
             status = _switch(w)
             if status != OK:
                 return status
@@ -203,11 +203,11 @@ def _arrive(w: OscillatorArrays, side: int) -> None:
     d = w.data
     if w.m.still:
         w.m.started = -side - 3  # encodes the known direction of the slip
-        w.counts.phase = SETTLE
+        w.counts.phase = SELECT
         return
     if side < 0 and w.m.where == 0:
         w.m.started = 2
-        w.counts.phase = SETTLE
+        w.counts.phase = SELECT
         return
     if side < 0:
         w.m.where -= 1

@@ -55,8 +55,8 @@ def find_angles(w: LoopArrays) -> int:
         degree = QUARTIC
         while degree > 1 and abs(b[degree]) <= _NOTHING * size:
             degree -= 1
-        for r in range(roots(b, degree, degree, w.tables.bernstein, w.roots.stack, w.roots.found)):
-            angle = START_ANGLE + 2.0 * np.arctan(_BEYOND * w.roots.found[r]) + arc * 0.5 * np.pi
+        for r in range(roots(b, degree, degree, w.tables.bernstein, w.roots.stack, w.roots.places)):
+            angle = START_ANGLE + 2.0 * np.arctan(_BEYOND * w.roots.places[r]) + arc * 0.5 * np.pi
             if n < MOST_ANGLES and not _is_known(w, n, angle):
                 p.angles[n] = angle
                 n += 1

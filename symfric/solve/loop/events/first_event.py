@@ -114,7 +114,7 @@ def _passing(w: LoopArrays, r: int, first: int, h: float, begin: float, total: f
         tables.columns,
         tables.bernstein,
         rooms.stack,
-        rooms.found,
+        rooms.places,
         rooms.poly,
     )
 

@@ -143,13 +143,13 @@ def _ways(w: LoopArrays, k: int) -> int:
 @compiled
 def _turn_to_best(w: LoopArrays, k: int) -> float:
     """Turn contact k to the direction of the largest margin; return by how much, NaN if there is none."""
-    e, f, best, found = w.impacts.asked[field_of(w, 4, k)], w.impacts.asked[field_of(w, 5, k)], -np.inf, np.nan
+    e, f, best, angle = w.impacts.asked[field_of(w, 4, k)], w.impacts.asked[field_of(w, 5, k)], -np.inf, np.nan
     for s in range(_ways(w, k)):
         _point(w, k, w.planes.angles[s])
         ask(w)
         if told(w, SECOND, k) > best:
-            best, found = told(w, SECOND, k), w.planes.angles[s]
-    _point(w, k, found)
+            best, angle = told(w, SECOND, k), w.planes.angles[s]
+    _point(w, k, angle)
     return abs(w.impacts.asked[field_of(w, 4, k)] - e) + abs(w.impacts.asked[field_of(w, 5, k)] - f)
 
 

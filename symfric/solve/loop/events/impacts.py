@@ -191,7 +191,7 @@ def widen_slips(w: LoopArrays, n_c: int) -> None:
 
 
 @compiled
-def settle_bounces(w: LoopArrays) -> None:
+def end_bounces(w: LoopArrays) -> None:
     """Apply the impact again, from the state before it, without restitution."""
     for k in range(w.openings.variable.size):
         w.impacts.asked[field_of(w, 2, k)] = 0.0
@@ -220,7 +220,7 @@ def hold_exactly(w: LoopArrays) -> None:
 
 
 @compiled
-def settle_touches(w: LoopArrays) -> None:
+def close_touching(w: LoopArrays) -> None:
     """Close all contacts that touch."""
     for k in range(w.openings.variable.size):
         w.impacts.rests[k] = w.impacts.touches[k]

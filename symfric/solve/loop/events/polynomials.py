@@ -85,7 +85,7 @@ def _summit(b: Reals, n: int, first: float, last: float) -> tuple[float, float]:
 
 
 @compiled(fused=True, from_python=True)
-def roots(b: Reals, n: int, most: int, table: Cube, stack: Matrix, found: Reals) -> int:
+def roots(b: Reals, n: int, most: int, table: Cube, stack: Matrix, places: Reals) -> int:
     """Find the first `most` sign changes of b in (0, 1], a zero counting as positive.
 
     Parameters
@@ -100,7 +100,7 @@ def roots(b: Reals, n: int, most: int, table: Cube, stack: Matrix, found: Reals)
         From `symfric.solve.loop.events.bernstein`.
     stack : ndarray, shape (`DEPTH` + 2, order + 3)
         Work space.
-    found : ndarray
+    places : ndarray
         Receives the roots, increasing.
 
     Returns
@@ -129,14 +129,14 @@ def roots(b: Reals, n: int, most: int, table: Cube, stack: Matrix, found: Reals)
         if changes == 0:
             continue
         if changes == 1:
-            found[count] = polish(b, n, lo, hi, c[0], c[n])
+            places[count] = polish(b, n, lo, hi, c[0], c[n])
             count += 1
             if count == most:
                 return count
             continue
         if hi - lo < 4.5e-16:
             if (c[0] >= 0.0) != (c[n] >= 0.0):
-                found[count] = hi
+                places[count] = hi
                 count += 1
                 if count == most:
                     return count
@@ -234,7 +234,7 @@ def first_crossing(
     columns: Matrix,
     table: Cube,
     stack: Matrix,
-    found: Reals,
+    places: Reals,
     own: Reals,
 ) -> float:
     """Return the first time in (0, h) at which b, not negative at 0, becomes negative; 2 h if it does not.
@@ -252,7 +252,7 @@ def first_crossing(
         Sum of the magnitudes of the terms 1 .. n at h, or a bound of it.
     columns, table : ndarray
         From `symfric.solve.loop.events.bernstein`, for the highest degree and for all.
-    stack, found : ndarray
+    stack, places : ndarray
         As for `roots`.
     own : ndarray
         Work space, at least four more than the rows of `columns`.
@@ -288,7 +288,7 @@ def first_crossing(
     for k in range(1, n + 1):
         power *= h
         own[k] *= power
-    return h * found[0] if roots(own, n, 1, table, stack, found) else 2.0 * h
+    return h * places[0] if roots(own, n, 1, table, stack, places) else 2.0 * h
 
 
 @compiled(fused=True, from_python=True)
@@ -303,7 +303,7 @@ def _bends_one_way(b: Reals, n: int, t: float) -> bool:
 
 @compiled(fused=True, from_python=True)
 def extend_range(
-    b: Reals, n: int, low: float, high: float, table: Cube, stack: Matrix, found: Reals, slope: Reals
+    b: Reals, n: int, low: float, high: float, table: Cube, stack: Matrix, places: Reals, slope: Reals
 ) -> tuple[float, float]:
     """Return (low, high) extended by the values of b on [0, 1]."""
     first, second = (b[1] if n > 0 else 0.0), (b[2] if n > 1 else 0.0)
@@ -334,7 +334,7 @@ def extend_range(
         if not turns:
             return low, high
         return min(low, inner), max(high, inner)
-    for j in range(roots(slope, n - 1, n, table, stack, found)):
-        inner = value(b, n, found[j])
+    for j in range(roots(slope, n - 1, n, table, stack, places)):
+        inner = value(b, n, places[j])
         low, high = min(low, inner), max(high, inner)
     return low, high

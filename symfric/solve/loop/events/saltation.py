@@ -251,10 +251,10 @@ def _place(w: LoopArrays, order: int, target: float) -> float:
     for k in range(order):
         w.roots.slope[k] = (k + 1) * w.roots.poly[k + 1]
     best, where = abs(w.roots.poly[0] - target), 0.0
-    for j in range(roots(w.roots.slope, order - 1, order, w.tables.bernstein, w.roots.stack, w.roots.found)):
-        gap = abs(value(w.roots.poly, order, w.roots.found[j]) - target)
+    for j in range(roots(w.roots.slope, order - 1, order, w.tables.bernstein, w.roots.stack, w.roots.places)):
+        gap = abs(value(w.roots.poly, order, w.roots.places[j]) - target)
         if gap < best:
-            best, where = gap, w.roots.found[j]
+            best, where = gap, w.roots.places[j]
     return where
 
 
@@ -273,8 +273,8 @@ def turn_lowest(w: LoopArrays, e: int) -> None:
         return
     # the slip of a contact that has just been released starts from zero, and turns there by rounding only
     begins = e < GAPS * w.contacts.sticks.size and w.selection.old[e // GAPS] == 0
-    for j in range(roots(w.roots.slope, order - 1, order, w.tables.bernstein, w.roots.stack, w.roots.found)):
-        curve, at = 0.0, w.roots.found[j]
+    for j in range(roots(w.roots.slope, order - 1, order, w.tables.bernstein, w.roots.stack, w.roots.places)):
+        curve, at = 0.0, w.roots.places[j]
         for k in range(order - 1, 0, -1):
             curve = curve * at + k * w.roots.slope[k]
         here = value(w.roots.poly, order, at)

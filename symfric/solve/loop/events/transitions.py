@@ -19,12 +19,12 @@ def transit(w: LoopArrays, n_c: int) -> int:
     variable has no place for one more value on its way.
     """
     first, n_m, n_p = w.limits.first_other, w.m.size, w.p.size
-    found, starting, struck = 0, w.clock.h_last == 0.0 and w.counts.steps == 0, False
+    hits, starting, struck = 0, w.clock.h_last == 0.0 and w.counts.steps == 0, False
     for g in range(first, w.limits.first_opening):
-        found += w.guards.hit[g]
+        hits += w.guards.hit[g]
     for g in range(w.limits.first_clock, w.guards.hit.size):
         struck = struck or w.guards.hit[g] != 0
-    if found == 0 and not struck and not (starting and w.limits.first_crossing < w.guards.hit.size):
+    if hits == 0 and not struck and not (starting and w.limits.first_crossing < w.guards.hit.size):
         return 0
     if struck:
         w.counts.jumped = 1
@@ -52,4 +52,4 @@ def transit(w: LoopArrays, n_c: int) -> int:
     for k in range(n_m):
         if np.isnan(w.m[k]):
             return -1
-    return 0 if starting else found
+    return 0 if starting else hits

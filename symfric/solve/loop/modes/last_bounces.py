@@ -41,7 +41,7 @@ def time_to_rest(w: LoopArrays, n_x: int) -> float:
     closed contact. This holds for one contact that no other one strikes meanwhile, and for several whose flights are
     the same. A flight of a negligible time is the last one, at any e.
     """
-    found, first, ratio, little = 0.0, 0.0, 0.0, _negligible(w)
+    longest, first, ratio, little = 0.0, 0.0, 0.0, _negligible(w)
     for k in range(w.openings.variable.size):
         v, g = told(w, AFTER, k), n_x + w.limits.first_opening + 2 * k
         if w.impacts.struck[k] == 0 or not is_open(w, k):
@@ -51,7 +51,7 @@ def time_to_rest(w: LoopArrays, n_x: int) -> float:
             return 0.0
         flight = 2.0 * v / a
         if flight <= little:
-            found = max(found, flight)
+            longest = max(longest, flight)
             continue
         if e >= 1.0:
             return 0.0
@@ -62,8 +62,8 @@ def time_to_rest(w: LoopArrays, n_x: int) -> float:
             return 0.0
         if first > 0.0 and not (abs(flight - first) <= _ALIKE * first and abs(e - ratio) <= _ALIKE):
             return 0.0
-        found, first, ratio = max(found, all_flights(w, n_x, k)), flight, e
-    return 0.0 if found > little and _another_strikes(w, n_x, found) else found
+        longest, first, ratio = max(longest, all_flights(w, n_x, k)), flight, e
+    return 0.0 if longest > little and _another_strikes(w, n_x, longest) else longest
 
 
 @compiled

@@ -31,7 +31,7 @@ from symfric.solve.loop.workspace import LoopArrays
 
 
 @compiled
-def settle(w: LoopArrays) -> int:
+def select_mode(w: LoopArrays) -> int:
     """Select the mode of every contact and switch at the current state; return a status.
 
     Contacts and switches that reached zero are marked in ``w.guards.hit``; the modes are stored in ``w.m``, and

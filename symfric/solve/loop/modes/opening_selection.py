@@ -7,12 +7,12 @@ from symfric.solve.loop.events.impacts import (
     LEAST,
     RESPONSE,
     SIZE,
+    close_touching,
+    end_bounces,
     hold_exactly,
     is_open,
     leave,
     overlaps,
-    settle_bounces,
-    settle_touches,
     told,
 )
 from symfric.solve.loop.events.time_steps import step_over
@@ -34,7 +34,7 @@ _MORE = 2  # and for each kink, because one is passed at a time
 
 
 @compiled
-def settle_openings(w: LoopArrays, starting: bool) -> int:
+def select_with_openings(w: LoopArrays, starting: bool) -> int:
     """Apply impacts and select the mode of every contact and switch."""
     n_x, n_c = w.y.size - 1, w.contacts.sticks.size
     if w.limits.steps and w.counts.jumped:
@@ -56,10 +56,10 @@ def settle_openings(w: LoopArrays, starting: bool) -> int:
             w.y[r] = w.impacts.entry_y[r]
         for r in range(w.m.size):
             w.m[r] = w.impacts.entry_m[r]
-        settle_bounces(w)
+        end_bounces(w)
         status = _select(w, n_x, n_c)
     if status == OK and not starting and dies_out(w, n_x):
-        settle_touches(w)
+        close_touching(w)
         status = _select(w, n_x, n_c)
     forget_arrivals(w)
     return status

@@ -60,7 +60,7 @@ _RETURNS = 3  # how often a contact that started may be held again
 
 
 @compiled
-def settle_planes(w: LoopArrays) -> int:
+def select_in_plane(w: LoopArrays) -> int:
     """Select the mode of every contact and switch at the current state; return a status."""
     n_x, n_c = w.y.size - 1, w.contacts.sticks.size
     n_s = w.contacts.edge.size

@@ -166,14 +166,14 @@ def _along(w: LoopArrays, n_x: int, i: int, order: int) -> float:
 def _turn_to_best(w: LoopArrays, n_x: int, i: int) -> float:
     """Turn contact i to the direction of the largest acceleration; return by how much, NaN if there is none."""
     v = w.planes.variable[i]
-    e, f, best, found = w.m[v], w.m[v + 1], -np.inf, np.nan
+    e, f, best, angle = w.m[v], w.m[v + 1], -np.inf, np.nan
     for s in range(_ways(w, n_x, i)):
         _point(w, i, w.planes.angles[s])
         prelude(w)
         probe(w)
         if _along(w, n_x, i, 1) > best:
-            best, found = _along(w, n_x, i, 1), w.planes.angles[s]
-    _point(w, i, found)
+            best, angle = _along(w, n_x, i, 1), w.planes.angles[s]
+    _point(w, i, angle)
     return abs(w.m[v] - e) + abs(w.m[v + 1] - f)
 
 

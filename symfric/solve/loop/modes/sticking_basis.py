@@ -156,24 +156,24 @@ def coefficient(w: LoopArrays, n_c: int, k: int, lead: int) -> float:
                 w.basis.weight[i] = 0.0
             w.basis.weight[j] = w.gauge[COUPLING + k, j] / w.gauge[COUPLING + j, j]
             return w.basis.weight[j] if j == lead else 0.0
-    found, n = 0.0, 0
+    total, n = 0.0, 0
     while n < n_c and w.basis.order[n] != k:
         n += 1
     for a in range(n - 1, -1, -1):
         j = w.basis.order[a]
         if w.m[j] != HOLDS:
             continue
-        found = w.basis.share[k, j]
+        total = w.basis.share[k, j]
         error = (w.gauge[COUPLING + k, k] * w.gauge[COUPLING + j, j]) ** 0.5 / w.basis.share[j, j]
         for b in range(a + 1, n):
             i = w.basis.order[b]
             if w.m[i] == HOLDS:
                 term = w.basis.weight[i] * w.basis.share[i, j]
-                found -= term
+                total -= term
                 error += abs(term) + w.basis.error[i] * abs(w.basis.share[i, j])
-        w.basis.weight[j], w.basis.error[j] = found, error
+        w.basis.weight[j], w.basis.error[j] = total, error
         if j == lead:
-            return found if abs(found) > _FAINT * error else 0.0
+            return total if abs(total) > _FAINT * error else 0.0
     return 0.0
 
 

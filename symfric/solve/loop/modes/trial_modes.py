@@ -107,7 +107,7 @@ def is_another(w: LoopArrays, n_q: int) -> bool:
 def keep_found(w: LoopArrays, n_q: int) -> None:
     """Keep the present mode and its accelerations as those found."""
     for r in range(w.m.size):
-        w.impacts.found[r] = w.m[r]
+        w.impacts.chosen[r] = w.m[r]
     for r in range(n_q):
         w.impacts.rates[r] = w.probe[n_q + r, 1]
 
@@ -116,7 +116,7 @@ def keep_found(w: LoopArrays, n_q: int) -> None:
 def take_found(w: LoopArrays) -> None:
     """Set the mode that was found."""
     for r in range(w.m.size):
-        w.m[r] = w.impacts.found[r]
+        w.m[r] = w.impacts.chosen[r]
     prelude(w)
     probe(w)
 
@@ -244,7 +244,7 @@ def leaver(w: LoopArrays, n_x: int, n_c: int) -> int:
 
     It is -1 if there is none, and the direction of the slip that of its guard.
     """
-    time, now, probed, found = natural_time(w), instant(w), False, -1
+    time, now, probed, first = natural_time(w), instant(w), False, -1
     for i in range(n_c):
         if w.m[i] != FOLLOWS or w.contacts.partner[i] >= 0:
             continue
@@ -256,12 +256,12 @@ def leaver(w: LoopArrays, n_x: int, n_c: int) -> int:
         a, b, c = w.probe[g, 1], 2.0 * w.probe[g, 2], 6.0 * w.probe[g, 3]
         little = no_acceleration(w, i, b) + abs(b) * now
         if not (abs(a) <= little and abs(b) * time <= little and abs(c) * time * time <= little):
-            found = i
+            first = i
             break
     if probed:
         prelude(w)
         probe(w)
-    return found
+    return first
 
 
 @compiled
@@ -269,7 +269,7 @@ def _same_closed(w: LoopArrays) -> bool:
     """Whether the same contacts are closed as in the mode found before."""
     for k in range(w.openings.variable.size):
         v = w.openings.variable[k]
-        if w.m[v] != w.impacts.found[v]:
+        if w.m[v] != w.impacts.chosen[v]:
             return False
     return True
 

@@ -43,7 +43,7 @@ def accumulate(w: LoopArrays, first: int, tau: float) -> None:
             continue
         old_low, old_high = w.observed.total[e, 0], w.observed.total[e, 1]
         low, high = extend_range(
-            w.roots.poly, order, old_low, old_high, w.tables.bernstein, w.roots.stack, w.roots.found, w.roots.slope
+            w.roots.poly, order, old_low, old_high, w.tables.bernstein, w.roots.stack, w.roots.places, w.roots.slope
         )
         w.observed.total[e, 0], w.observed.total[e, 1] = low, high
         if e < w.limits.followed:

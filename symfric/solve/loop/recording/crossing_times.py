@@ -38,10 +38,10 @@ def note_crossings(w: LoopArrays, e: int, begin: float, tau: float) -> None:
         total[e, 3] = 1.0
     if change < abs(w.roots.poly[0]):
         return
-    n = roots(w.roots.slope, order - 1, order, w.tables.bernstein, w.roots.stack, w.roots.found)
+    n = roots(w.roots.slope, order - 1, order, w.tables.bernstein, w.roots.stack, w.roots.places)
     left = begin
     for j in range(n + 1):  # it rises or falls all the way from one turn to the next
-        right = w.roots.found[j] if j < n else 1.0
+        right = w.roots.places[j] if j < n else 1.0
         if right <= left:
             continue
         high = value(w.roots.poly, order, right)

@@ -41,7 +41,7 @@ def _extend(w: LoopArrays, e: int, part: float, tau: float) -> None:
     _move_origin(w.roots.poly, order, part)
     low, high = total[e, 0], total[e, 1]
     total[e, 0], total[e, 1] = extend_range(
-        w.roots.poly, order, low, high, w.tables.bernstein, w.roots.stack, w.roots.found, w.roots.slope
+        w.roots.poly, order, low, high, w.tables.bernstein, w.roots.stack, w.roots.places, w.roots.slope
     )
     if e < w.limits.followed:
         note_places(w, e, tau * (1.0 - part), low, high)

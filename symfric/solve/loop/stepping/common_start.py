@@ -107,7 +107,7 @@ def _find_axes(w: LoopArrays) -> int:
             for q in range(p + 1, n):
                 if a[p, q] != 0.0:
                     _rotate(w, p, q, n)
-    largest, found = 0.0, 0
+    largest, count = 0.0, 0
     for k in range(n):
         if w.m[w.planes.row[k]] == STARTS:
             i = w.planes.row[k]
@@ -115,8 +115,8 @@ def _find_axes(w: LoopArrays) -> int:
     for k in range(n):
         f.weight[k] = a[k, k]
         f.idle[k] = a[k, k] <= _NOTHING * largest
-        found += f.idle[k]
-    return found
+        count += f.idle[k]
+    return count
 
 
 @compiled

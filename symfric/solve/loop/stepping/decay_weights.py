@@ -56,6 +56,6 @@ def exact_order(order: int) -> int:
 
 def weights(order: int) -> np.ndarray:
     """Return the weights of all coefficients, shape (order + 1,)."""
-    found = np.ones(order + 1)
-    found[exact_order(order) + 1 :] = _WEIGHTS.get(order, 1.0)
-    return found
+    factors = np.ones(order + 1)
+    factors[exact_order(order) + 1 :] = _WEIGHTS.get(order, 1.0)
+    return factors

@@ -24,19 +24,19 @@ _PASSING |= {ca.OP_ASSIGN, ca.OP_LIFT}
 
 def degrees(nodes: list[Node]) -> list[int]:
     """Return the degree of every node as a polynomial of states, time and functions."""
-    found: list[int] = []
+    of_nodes: list[int] = []
     for node in nodes:
         if not node.moves:
-            found.append(0)
+            of_nodes.append(0)
         elif node.op == ca.OP_SQ:
-            found.append(2 * found[node.args[0]])
+            of_nodes.append(2 * of_nodes[node.args[0]])
         elif node.op == ca.OP_MUL:
-            found.append(sum(found[a] for a in node.args))
+            of_nodes.append(sum(of_nodes[a] for a in node.args))
         elif node.op in ENTIRE and node.op not in (ca.OP_SIN, ca.OP_COS):
-            found.append(max((found[a] for a in node.args), default=1))
+            of_nodes.append(max((of_nodes[a] for a in node.args), default=1))
         else:
-            found.append(1)
-    return found
+            of_nodes.append(1)
+    return of_nodes
 
 
 def _degree(node: Node, values: Range, degree: dict[int, ca.SX]) -> ca.SX:
@@ -62,11 +62,11 @@ def hiding(nodes: list[Node], order: int) -> list[bool]:
     Powers of more than half the order may begin with coefficients that are all zero.
     """
     degree = degrees(nodes)
-    found: list[bool] = []
+    of_nodes: list[bool] = []
     for node, n in zip(nodes, degree, strict=True):
         own = node.moves and (node.op not in ENTIRE or (n > order // 2 and node.op in (ca.OP_MUL, ca.OP_SQ)))
-        found.append(own or any(found[a] for a in node.args))
-    return found
+        of_nodes.append(own or any(of_nodes[a] for a in node.args))
+    return of_nodes
 
 
 def unseen(
@@ -113,22 +113,22 @@ def unseen(
 
 
 def _magnitudes(nodes: list[Node], needed: list[int], ranges: dict[int, Range]) -> dict[int, ca.SX]:
-    found: dict[int, ca.SX] = {}
+    sizes: dict[int, ca.SX] = {}
     for i in needed:
         op, a = nodes[i].op, nodes[i].args
         if not nodes[i].moves or op not in _PASSING:
-            found[i] = ranges[i].largest
+            sizes[i] = ranges[i].largest
         elif op in (ca.OP_ADD, ca.OP_SUB):
-            found[i] = found[a[0]] + found[a[1]]
+            sizes[i] = sizes[a[0]] + sizes[a[1]]
         elif op in (ca.OP_MUL, ca.OP_SQ):
-            found[i] = found[a[0]] * found[a[-1]]
+            sizes[i] = sizes[a[0]] * sizes[a[-1]]
         elif op == ca.OP_DIV:
-            found[i] = found[a[0]] / ranges[a[1]].smallest
+            sizes[i] = sizes[a[0]] / ranges[a[1]].smallest
         elif op == ca.OP_IF_ELSE_ZERO:
-            found[i] = ca.if_else(ranges[a[0]].middle, found[a[1]], 0)
+            sizes[i] = ca.if_else(ranges[a[0]].middle, sizes[a[1]], 0)
         else:
-            found[i] = 2 * found[a[0]] if op == ca.OP_TWICE else found[a[0]]
-    return found
+            sizes[i] = 2 * sizes[a[0]] if op == ca.OP_TWICE else sizes[a[0]]
+    return sizes
 
 
 def unseen_by(field: ca.Function, order: int) -> ca.Function | None:
@@ -160,11 +160,11 @@ def unseen_by(field: ca.Function, order: int) -> ca.Function | None:
 
 
 def _ancestors(nodes: list[Node], wanted: list[int]) -> set[int]:
-    found, todo = set(), list(wanted)
+    ancestors, todo = set(), list(wanted)
     while todo:
         i = todo.pop()
-        if i not in found:
-            found.add(i)
+        if i not in ancestors:
+            ancestors.add(i)
             if nodes[i].moves:
                 todo += nodes[i].args
-    return found
+    return ancestors

@@ -24,7 +24,7 @@ import numpy as np
 from symfric.codegen.numba_types import compiled
 from symfric.lower.planes import STARTS, TURNS
 from symfric.solve.loop.arithmetic import value
-from symfric.solve.loop.codes import PULL, SETTLE, TERMS
+from symfric.solve.loop.codes import PULL, SELECT, TERMS
 from symfric.solve.loop.events.first_event import first_event
 from symfric.solve.loop.modes.layout import backward, forward
 from symfric.solve.loop.modes.tolerances import natural_time
@@ -303,5 +303,5 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
         speed, rate = w.c[n_x + backward(i), 0], w.c[n_x + backward(i), 1]
         if k == hit or (w.m[i] == 0.0 and rate < 0.0 and abs(speed + rate * time) <= ROUNDING * speed):
             w.guards.hit[backward(i)], w.planes.arrived[k] = 1, 1
-    w.counts.phase = SETTLE
+    w.counts.phase = SELECT
     return True

@@ -11,7 +11,7 @@ overflow: the rest is a straight line.
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.codes import EXPAND, NOT_FINITE, OK, PULL, SETTLE, SLIP, TERMS
+from symfric.solve.loop.codes import EXPAND, NOT_FINITE, OK, PULL, SELECT, SLIP, TERMS
 from symfric.solve.loop.modes.layout import backward, way
 from symfric.solve.loop.modes.tolerances import natural_time, no_acceleration
 from symfric.solve.loop.precision import ROUNDING, TIE
@@ -30,11 +30,13 @@ def within_rounding(w: LoopArrays, n_x: int, n_c: int, h: float) -> bool:
     """Whether a step leaves a slip that begins within its rounding error, whose chance decides on the series there."""
     within = 0
     for i in range(n_c):
-        row, little = n_x + backward(i), no_acceleration(w, i, 0.0)
-        moves = abs(w.c[row, 1]) > little or abs(w.c[row, 2]) * natural_time(w) > little  # else others hold it at zero
-        if w.m[i] < 0.5 and w.guards.fresh[backward(i)] and w.contacts.partner[i] < 0 and moves:
-            reach = abs(w.c[row, 0]) + h * (abs(w.c[row, 1]) + h * abs(w.c[row, 2]))
-            within += reach <= ROUNDING * w.gauge[TERMS, i]
+        if w.m[i] >= 0.5 or w.guards.fresh[backward(i)] == 0 or w.contacts.partner[i] >= 0:
+            continue
+        row = n_x + backward(i)
+        reach = abs(w.c[row, 0]) + h * (abs(w.c[row, 1]) + h * abs(w.c[row, 2]))
+        if reach <= ROUNDING * w.gauge[TERMS, i]:
+            little = no_acceleration(w, i, 0.0)  # up to which others hold it at zero
+            within += abs(w.c[row, 1]) > little or abs(w.c[row, 2]) * natural_time(w) > little
     return within > 0
 
 
@@ -149,7 +151,7 @@ def arrives(w: LoopArrays, n_x: int, n_c: int) -> bool:
     keep_straight(w, n_x, n_c, h)
     for g in range(w.guards.hit.size):
         w.guards.hit[g], w.guards.fresh[g] = g == hit, 0
-    w.counts.phase = SETTLE
+    w.counts.phase = SELECT
     return True
 
 
@@ -166,7 +168,7 @@ def _arrives(w: LoopArrays, n_x: int, n_c: int) -> bool:
             w.guards.hit[backward(i)] = arrived
             found = found or arrived
     if found:
-        w.counts.phase = SETTLE
+        w.counts.phase = SELECT
     return found
 
 
