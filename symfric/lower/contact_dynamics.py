@@ -196,12 +196,10 @@ class ContactDynamics:
     def of(cls, scene: Scene, constants: Mapping[sp.Symbol, sp.Expr] | None = None) -> "ContactDynamics":
         """Return the equations of a scene."""
         given = scene.system, scene.contacts, scene.parameters, tuple(scene.inputs)
-        dynamics = cls(*given, constants, horizon=scene.horizon)
+        made = cls(*given, constants, horizon=scene.horizon)
         if scene.clocks:
-            dynamics.springs.append(
-                Clocks.of(scene, dynamics._print.symbols, dynamics.constants, dynamics.t, dynamics.read)
-            )
-        return dynamics
+            made.springs.append(Clocks.of(scene, made._print.symbols, made.constants, made.t, made.read))
+        return made
 
     def copy(self) -> "ContactDynamics":
         """Return a copy, to which symbols and kinks can be added."""
