@@ -15,7 +15,10 @@ from scipy import integrate, linalg, optimize
 
 @dataclass(frozen=True)
 class Friction:
-    """``m u' = f(q, u, t) + J^T lambda`` with the slips ``J u - belts`` and the bounds of lambda, at rest and in slip."""
+    """``m u' = f(q, u, t) + J^T lambda`` with the slips ``J u - belts`` and the bounds of lambda, at rest and in slip.
+
+    Surfaces that move with the place, ``S q`` in the slips, are known to `agrees` and `holding_more`.
+    """
 
     mass: np.ndarray
     stiffness: np.ndarray
@@ -27,6 +30,11 @@ class Friction:
     belts: np.ndarray
     static: np.ndarray
     kinetic: np.ndarray
+    S: np.ndarray | float = 0.0
+
+    def moving(self, u):
+        """Return the accelerations of the surfaces."""
+        return np.zeros(len(self.belts)) + (self.S @ u if np.ndim(self.S) else 0.0)
 
     def applied(self, q, u, t):
         """Return the forces without friction."""
@@ -39,14 +47,14 @@ def agrees(friction, mode, resting, q, u, t, lead=1e-5):
     The slips in `resting` are zero at t: those that stick need forces within their bounds, the others start in their
     directions.
     """
-    acceleration = held(friction, mode, friction.applied(q, u, t))[1]
-    slipping = resting & (mode != 0)
-    if np.any((mode * (friction.J @ acceleration))[slipping] < -1e-6):
+    acceleration = held(friction, mode, friction.applied(q, u, t), friction.moving(u))[1]
+    slipping, surfaces = resting & (mode != 0), friction.moving(u)
+    if np.any((mode * (friction.J @ acceleration - surfaces))[slipping] < -1e-6):
         return False
     exact = replace(friction, static=friction.static * (1 - 1e-7) + 2e-9)
     middle = q + lead * u + 0.5 * lead**2 * acceleration, u + lead * acceleration
-    holds, later = held(exact, mode, friction.applied(*middle, t + lead))
-    gained = 0.5 * lead * friction.J @ (acceleration + later)
+    holds, later = held(exact, mode, friction.applied(*middle, t + lead), friction.moving(middle[1]))
+    gained = 0.5 * lead * (friction.J @ (acceleration + later) - surfaces - friction.moving(middle[1]))
     return holds and not np.any((mode * gained)[slipping] < -1e-3 * lead**2)
 
 
@@ -62,7 +70,7 @@ def holding_more(friction, mode, resting, q, u, t):
     return found
 
 
-def held(friction, mode, force):
+def held(friction, mode, force, moving=None):
     """Return whether the sticking contacts can hold each other, and the accelerations then."""
     stick, root = mode == 0, np.sqrt(friction.mass)
     force = force - friction.J[~stick].T @ (mode * friction.kinetic)[~stick]
@@ -70,9 +78,12 @@ def held(friction, mode, force):
         return True, force / friction.mass
     left, size, right = linalg.svd(friction.J[stick] / root)
     rank = int(np.sum(size > 1e-14 * size[0]))
-    part = right[:rank] @ (force / root)
-    acceleration = right[rank:].T @ (right[rank:] @ (force / root)) / root
-    carried = -left[:, :rank] @ (part / size[:rank])
+    rates = left.T @ (np.zeros(np.sum(stick)) if moving is None else moving[stick])
+    part, driven = right[:rank] @ (force / root), rates[:rank] / size[:rank]
+    acceleration = (right[rank:].T @ (right[rank:] @ (force / root)) + right[:rank].T @ driven) / root
+    if np.any(np.abs(rates[rank:]) > 1e-9):
+        return False, acceleration  # surfaces that part
+    carried = left[:, :rank] @ ((driven - part) / size[:rank])
     bounds = friction.static[stick]
     if np.all(np.abs(carried) <= bounds * (1 + 1e-7)) or rank == len(bounds):
         return bool(np.all(np.abs(carried) <= bounds * (1 + 1e-7))), acceleration

@@ -12,11 +12,15 @@ STATIC, Omega = 0.6, 2.0
 
 
 class Structure:
-    """Masses on springs with constant and harmonic forces, and contacts whose slips are rows times velocities."""
+    """Masses on springs with constant and harmonic forces, and contacts whose slips are rows times velocities.
 
-    def __init__(self, rows, order=None):
+    `surfaces` are rows, too: the surfaces of contacts move with the places of the masses.
+    """
+
+    def __init__(self, rows, order=None, surfaces=None):
         self.rows = np.asarray(rows, dtype=float)
         n_c, n = self.rows.shape
+        self.surfaces = np.zeros((n_c, n)) if surfaces is None else np.asarray(surfaces, dtype=float)
         self.order = range(n_c) if order is None else order
         self.q, self.u = (sp.symbols(f"{name}1:{n + 1}", real=True) for name in "qu")
         self.loads, self.m, self.k = (
@@ -25,6 +29,7 @@ class Structure:
         self.c, self.A = (sp.symbols(f"{name}1:{n + 1}", real=True) for name in "cA")
         self.kinetic = sp.Symbol("mu_k", positive=True)
         law, slips = sf.laws.coulomb(STATIC, self.kinetic), sp.Matrix(np.asarray(rows)) * sp.Matrix(self.u)
+        slips -= sp.Matrix(self.surfaces) * sp.Matrix(self.q) if surfaces is not None else sp.zeros(n_c, 1)
         contacts = [sf.Contact(f"c{i}", slips[i], self.loads[i], law) for i in self.order]
         force = [c + A * sp.sin(Omega * T) - k * q for c, A, k, q in zip(self.c, self.A, self.k, self.q, strict=True)]
         values = dict.fromkeys((*self.loads, *self.m, *self.k, *self.c, *self.A, self.kinetic), 0.5)
@@ -54,7 +59,16 @@ class Structure:
         n, loads = len(m), np.array(loads)
         belts, bounds = np.zeros(loads.size), (STATIC * loads, values["mu_k"] * loads)
         return Friction(
-            np.array(m), np.diag(k), np.zeros((n, n)), np.array(c), np.array(A), Omega, self.rows, belts, *bounds
+            np.array(m),
+            np.diag(k),
+            np.zeros((n, n)),
+            np.array(c),
+            np.array(A),
+            Omega,
+            self.rows,
+            belts,
+            *bounds,
+            self.surfaces,
         )
 
 
@@ -90,7 +104,7 @@ def check(structure, route, seeds):
             if k + 1 >= run.t.size or run.t[k + 1] - t < 1e-4:
                 continue  # the next event follows
             (q, u), mode = np.split(run(t), 2), run.mode[:, k].astype(int)
-            resting = np.abs(structure.rows @ u) < 1e-8
+            resting = np.abs(structure.rows @ u - structure.surfaces @ q) < 1e-8
             assert np.all(resting[mode == 0])
             assert agrees(friction, mode, resting, q, u, t), (seed, t, mode)
             assert not holding_more(friction, mode, resting, q, u, t), (seed, t, mode)
@@ -130,6 +144,32 @@ def test_beside_any_rows_no_further_contact_can_stick(seed, route):
 @pytest.mark.parametrize("seed", range(5, 45))
 def test_beside_many_rows_no_further_contact_can_stick(seed, route):
     check(Structure(random_rows(seed)), route, range(12))
+
+
+def parted(seed):
+    """Return a structure of contacts more than velocities whose surfaces meet at instants only."""
+    rng = np.random.default_rng([6, seed])
+    n = int(rng.integers(1, 4))
+    rows = rng.integers(-1, 2, (int(rng.integers(n + 1, n + 3)), n))
+    rows[~rows.any(axis=1), 0] = 1
+    return Structure(rows, surfaces=rng.uniform(-2, 2, rows.shape) * (rng.random(rows.shape) < 0.7))
+
+
+@pytest.mark.one_in(4)
+@pytest.mark.parametrize("route", ROUTES[1:])
+@pytest.mark.parametrize("seed", range(4))
+def test_where_another_lets_go_in_passing_no_further_contact_can_stick(seed, route):
+    """A slip that passes zero turns the friction of its contact, and others that stick may not bear that."""
+    judged, slipped = check(parted(seed), route, range(20))
+    assert judged > 20
+    assert slipped > 10
+
+
+@pytest.mark.long(beside="test_where_another_lets_go_in_passing_no_further_contact_can_stick")
+@pytest.mark.parametrize("route", ROUTES[1:])
+@pytest.mark.parametrize("seed", range(4, 44))
+def test_at_many_instants_where_surfaces_meet_no_further_contact_can_stick(seed, route):
+    check(parted(seed), route, range(30))
 
 
 @pytest.mark.one_in(2)

@@ -4,7 +4,7 @@ from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS, SHARES
 from symfric.solve.loop.codes import COUPLING, DROP, LOAD, PULL
 from symfric.solve.loop.modes.contradiction import contradicts, idles, rests, stick_scale, worst_contact
-from symfric.solve.loop.modes.layout import backward, forward, mode, sign
+from symfric.solve.loop.modes.layout import backward, direction, forward, mode, sign
 from symfric.solve.loop.modes.resting_edges import find_edges
 from symfric.solve.loop.modes.sticking_basis import exchange, share
 from symfric.solve.loop.stepping.calls import prelude, probe
@@ -128,7 +128,10 @@ def _next_to_hold(w: LoopArrays, n_c: int) -> int:
 
 @compiled(inline=True)
 def _holds(w: LoopArrays, n_x: int, n_c: int, horizon: float) -> bool:
-    """Whether the trial mode is consistent with the forces, possibly after exchanges between contacts."""
+    """Whether the trial mode is consistent with the forces, possibly after exchanges between contacts.
+
+    Contacts that slipped before the trial may slip the other way.
+    """
     for turn in range(1 + 4 * n_c):
         prelude(w)
         probe(w)
@@ -136,8 +139,16 @@ def _holds(w: LoopArrays, n_x: int, n_c: int, horizon: float) -> bool:
         worst, side, _ = worst_contact(w, n_x, n_c, horizon, least)
         if worst < 0:
             return True
-        carries = w.contacts.depends[worst] and (w.m[worst] == HOLDS or w.m[worst] == SHARES)
-        if not carries or not exchange(w, n_c, worst, side, least):
+        if w.m[worst] == HOLDS or w.m[worst] == SHARES:
+            if not w.contacts.depends[worst] or not exchange(w, n_c, worst, side, least):
+                return False
+        elif w.selection.kept[worst] > 0.5:
+            return False
+        elif w.m[worst] > 0.5:  # it was tried as a follower, and slips
+            w.m[worst], w.m[direction(worst, n_c)] = 0.0, side
+        elif w.contacts.sticks[worst]:
+            w.m[worst] = FOLLOWS
+        else:
             return False
         share(w, n_c)
     return False
