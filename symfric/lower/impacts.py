@@ -11,9 +11,10 @@ every contact does one of the following, where e is its restitution, mu its coef
     slips     a+ = e |a-|,   Q = -d mu P                             towards d
     turns     a+ = e |a-|,   Q = -d mu R + d mu_0 (P - R)            slips towards d until its slip ends at P = R
 
-In the plane w and Q are vectors with two components, and the direction d = e is a unit vector,
+Several contacts stick with ``|Q| <= mu P``, with mu_s in place of mu where w- = 0. In the plane w and Q are vectors
+with two components, the same holds for their lengths, and the direction d = e is a unit vector,
 
-    sticks    a+ = e |a-|,   w+ = 0,       |Q| <= mu P               mu_s in place of mu if w- = 0
+    sticks    a+ = e |a-|,   w+ = 0
     slips     a+ = e |a-|,   Q = -mu P e,  w+ = |w+| e
 
 so that friction opposes the slip after the impact: the impact law of Moreau and Glocker with the disc of Coulomb
@@ -48,7 +49,8 @@ from symfric.model.scene import Scene
 
 APART, STICKS, SLIPS, TURNS = range(4)  # what a contact does in an impact
 # numbers for every contact: what it does, its direction along a line, the part of its restitution, whether it was
-# closed, its direction in the plane: that of the slip after the impact, or, if it sticks, before it, zero without slip
+# closed, two components of a direction: of the slip in the plane after the impact, or, if it sticks, along a line or in
+# the plane, of its slip before it, zero without slip
 FIELDS = 6
 _NEVER = 1e300
 _MET = 1e-9  # relative velocity up to which a dependent contact does what it should
@@ -165,6 +167,7 @@ def impact_of(model: ContactDynamics) -> ca.Function | None:
     new = ca.vertcat(q, u_0 + back @ impulse, model.y[2 * q.numel() :])
 
     one, two, speeds = [], [], ca.sum1(ca.fabs(before))
+    slid = first_way**2 + second_way**2 > 0.5
     lines_of = {k: f for f, k in along.items()}
     numbers = {k: j for j, k in enumerate(planar)}
     for k in range(n):
@@ -174,7 +177,7 @@ def impact_of(model: ContactDynamics) -> ca.Function | None:
         if k in planar:
             f, way = planar[k], ways_found[2 * numbers[k] : 2 * numbers[k] + 2]
             tt, moved = 0.5 * (W[f, f] + W[f + 1, f + 1]), after[f : f + 2]
-            bound = ca.if_else(first_way[k] ** 2 + second_way[k] ** 2 > 0.5, mu[f], mu_s[f])
+            bound = ca.if_else(slid[k], mu[f], mu_s[f])
             stuck = _if_met(ca.norm_2(moved), speeds, (bound * pressed - ca.norm_2(impulse[f : f + 2])) * tt)
             across = way[0] * moved[1] - way[1] * moved[0]
             second = ca.if_else(kind[k] == STICKS, stuck, _if_met(across, speeds, ca.dot(way, moved)))
@@ -186,10 +189,9 @@ def impact_of(model: ContactDynamics) -> ca.Function | None:
         f = lines_of[k]
         tt, tn, beyond = W[f, f], W[f, n_f + k], (pressed - ends[f]) * nn
         holds = (mu_s[f] * tt - ca.fabs(tn)) * pressed
-        slid = side[k] * w[f] > 0
-        stuck = ca.if_else(
-            ca.logic_and(alone, slid), ca.fmin(beyond, holds), (mu_s[f] * pressed - ca.fabs(impulse[f])) * tt
-        )
+        bound = ca.if_else(ca.logic_and(slid[k], ca.logic_not(alone)), mu[f], mu_s[f])
+        stuck = (bound * pressed - ca.fabs(impulse[f])) * tt
+        stuck = ca.if_else(ca.logic_and(alone, side[k] * w[f] > 0), ca.fmin(beyond, holds), stuck)
         stuck = _if_met(after[f], speeds, stuck)
         second = ca.if_else(kind[k] == STICKS, stuck, side[k] * after[f])
         second = ca.if_else(kind[k] == TURNS, ca.fmin(beyond, -holds), second)

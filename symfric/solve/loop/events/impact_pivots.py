@@ -21,6 +21,7 @@ from symfric.solve.loop.events.impacts import (
     field_of,
     largest_rate,
     rules,
+    set_way_before,
     told,
 )
 from symfric.solve.loop.modes.complementarity import solve_contacts
@@ -78,7 +79,8 @@ def _lay_out(w: LoopArrays) -> bool:
         w.pivots.free[n_c + k], w.pivots.target[k] = told(w, AFTER, k), told(w, AFTER, k) - told(w, FIRST, k)
         if i >= 0 and w.impacts.touches[k]:
             w.pivots.takes[i], w.pivots.free[i] = 1, w.gauge[SLIP, i]
-            w.pivots.kinetic[i], w.pivots.static[i] = told(w, KINETIC, k), told(w, STATIC, k)
+            w.pivots.kinetic[i] = told(w, KINETIC, k)
+            w.pivots.static[i] = told(w, KINETIC if set_way_before(w, k) else STATIC, k)
             rubs = rubs or w.pivots.kinetic[i] > 0.0
     return rubs
 

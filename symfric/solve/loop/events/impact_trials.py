@@ -7,7 +7,7 @@ import numpy as np
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.impacts import APART, SLIPS, STICKS, TURNS
-from symfric.solve.loop.codes import MANY_CONTACTS, OK, PAINLEVE, SLIP, TERMS
+from symfric.solve.loop.codes import MANY_CONTACTS, OK, PAINLEVE, SLIP
 from symfric.solve.loop.events.direction_sizes import SAMPLES
 from symfric.solve.loop.events.directions import (
     AGREE,
@@ -21,30 +21,38 @@ from symfric.solve.loop.events.directions import (
 from symfric.solve.loop.events.impact_verdicts import DISTINCT, is_best, keep, least_margin, restore
 from symfric.solve.loop.events.impacts import (
     FEASIBLE,
+    KINETIC,
     MOST_TRIALS,
     SECOND,
+    STATIC,
     SWERVE,
     ask,
     field_of,
     is_planar,
     largest_rate,
     next_trial,
+    set_way_before,
     told,
 )
-from symfric.solve.loop.precision import ROUNDING, TINY
+from symfric.solve.loop.modes.holding import NO_DROP
+from symfric.solve.loop.precision import TINY
 from symfric.solve.loop.workspace import LoopArrays
 
 
 @compiled
 def try_all(w: LoopArrays, alone: bool) -> int:
-    """Try all combinations; leave the best in place."""
-    n, total, best, second = w.openings.variable.size, 1.0, -np.inf, -np.inf
+    """Try all combinations; leave the best in place.
+
+    Where friction drops from rest to slip, what static friction can hold stays, though it could slip as well.
+    """
+    n, total, best, second, held = w.openings.variable.size, 1.0, -np.inf, -np.inf, 0
     for k in range(n):
         w.impacts.tried[k] = 0
         w.impacts.options[k] = _options(w, k, alone)
         total *= w.impacts.options[k]
     if total > MOST_TRIALS:
         return MANY_CONTACTS
+    scale = max(largest_rate(w), TINY)
     for _ in range(int(total)):
         for k in range(n):
             _set(w, k, alone)
@@ -52,6 +60,11 @@ def try_all(w: LoopArrays, alone: bool) -> int:
             _take_way(w, way)
             ask(w)
             margin = least_margin(w)
+            stay = _staying(w, n) if margin > DISTINCT * scale else 0
+            if stay < held:
+                continue
+            if stay > held:
+                best, second, held = -np.inf, -np.inf, stay
             if margin > best:
                 if best > -np.inf and not is_best(w):
                     second = best
@@ -61,8 +74,18 @@ def try_all(w: LoopArrays, alone: bool) -> int:
                 second = margin
         next_trial(w, n)
     restore(w)
-    scale = max(largest_rate(w), TINY)
     return OK if best >= -FEASIBLE * scale and not second > DISTINCT * scale else PAINLEVE
+
+
+@compiled
+def _staying(w: LoopArrays, n: int) -> int:
+    """Return how many contacts without slip stick in the trial that could slip under less friction."""
+    count = 0
+    for k in range(n):
+        rests = w.impacts.asked[field_of(w, 4, k)] == 0.0 and w.impacts.asked[field_of(w, 5, k)] == 0.0
+        sticks = w.impacts.touches[k] and w.impacts.asked[field_of(w, 0, k)] == STICKS
+        count += sticks and rests and told(w, STATIC, k) > told(w, KINETIC, k) * (1.0 + NO_DROP)
+    return count
 
 
 @compiled(inline=True)
@@ -82,12 +105,8 @@ def _set(w: LoopArrays, k: int, alone: bool) -> None:
         kind = APART if option == 0 else (STICKS if option == 1 else SLIPS)
         side = 1.0 if option < 3 else -1.0
         i = w.openings.line[k]
-        if is_planar(w, k):
-            speed = np.hypot(w.gauge[SLIP, i], w.gauge[SLIP, i + 1])
-            slips = speed > ROUNDING * max(w.gauge[TERMS, i], w.gauge[TERMS, i + 1])
-            w.impacts.asked[field_of(w, 4, k)] = w.gauge[SLIP, i] / speed if slips else 0.0
-            w.impacts.asked[field_of(w, 5, k)] = w.gauge[SLIP, i + 1] / speed if slips else 0.0
-        elif alone and i >= 0 and abs(w.gauge[SLIP, i]) > ROUNDING * w.gauge[TERMS, i]:
+        slips = i >= 0 and set_way_before(w, k)
+        if alone and slips and not is_planar(w, k):
             kind = STICKS if option == 1 else (SLIPS if option == 2 else TURNS)
             side = 1.0 if w.gauge[SLIP, i] > 0.0 else -1.0
     w.impacts.asked[field_of(w, 0, k)], w.impacts.asked[field_of(w, 1, k)] = kind, side

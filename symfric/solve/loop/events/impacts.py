@@ -3,12 +3,14 @@
 See `symfric.lower.impacts`, and `symfric.solve.loop.events.impact_choice` for the choice.
 """
 
+import numpy as np
+
 from symfric.codegen.array_table import Reals
 from symfric.codegen.numba_types import call_code, compiled
 from symfric.lower.impacts import APART, FIELDS
 from symfric.lower.mode_layout import OPEN
 from symfric.lower.planes import STARTS
-from symfric.solve.loop.codes import IMPACT, TERMS
+from symfric.solve.loop.codes import IMPACT, SLIP, TERMS
 from symfric.solve.loop.modes.layout import mode
 from symfric.solve.loop.modes.tolerances import EARLIER, instant, sizes_of_velocities
 from symfric.solve.loop.precision import ROUNDING, TOUCH
@@ -99,6 +101,21 @@ def forget_closed(w: LoopArrays, first: int) -> None:
     """Let no gap be zero in a copy of the data: at the start derivatives may move the rate of a closed one."""
     for k in range(w.openings.variable.size):
         w.saltation.before[first + field_of(w, 3, k) - w.p.size] = 0.0
+
+
+@compiled(inline=True)
+def set_way_before(w: LoopArrays, k: int) -> bool:
+    """Set the direction of the slip of contact k before the impact, zero without slip; return whether it slips."""
+    i = w.openings.line[k]
+    along, across = w.gauge[SLIP, i], 0.0
+    terms = w.gauge[TERMS, i]
+    if is_planar(w, k):
+        across, terms = w.gauge[SLIP, i + 1], max(terms, w.gauge[TERMS, i + 1])
+    speed = np.hypot(along, across)
+    slips = speed > ROUNDING * terms
+    w.impacts.asked[field_of(w, 4, k)] = along / speed if slips else 0.0
+    w.impacts.asked[field_of(w, 5, k)] = across / speed if slips else 0.0
+    return slips
 
 
 @compiled(inline=True)

@@ -1,0 +1,80 @@
+"""Impacts where friction drops from rest to slip: what rests is held up to static friction, what slides only up to kinetic."""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import symfric as sf
+from tests.impacts.impact_laws import NotUnique, Touching, several
+
+MASSES = np.array([1.0, 1.0, 0.3])  # of the displacements and of the turn
+x, y, turn = sp.symbols("x y turn", real=True)
+u, v, w = sp.symbols("u v w", real=True)
+
+
+def landing_bar(angle, law):
+    """Return the run of an upright bar of unit length that falls without turning on its lower end."""
+    slip, gap = u + sp.cos(turn) * w / 2, y - sp.cos(turn) / 2
+    system = sf.System([x, y, turn], [u, v, w], sp.diag(1, 1, sp.Rational(1, 12)), [0, -1, 0])
+    start = {x: 0, y: np.cos(angle) / 2 + 0.1, turn: angle, u: 0, v: 0, w: 0}
+    contact = sf.Contact("tip", slip, sf.Unilateral(gap, 0.5), law)
+    return sf.simulate(sf.Scene(system, [contact], {}, start, 0.5), tolerance=1e-11)
+
+
+@pytest.mark.parametrize("angle", [-0.7, -0.4, 0.3, 0.6])
+@pytest.mark.parametrize("static", [0.2, 0.5, 1.2])
+def test_a_bar_that_lands_without_slip_is_held_by_static_friction(angle, static):
+    """At the lower end ``|W_tn| / W_tt = 3 sin cos / (1 + 3 cos^2)`` is the coefficient that holds it."""
+    needed = 3 * abs(np.sin(angle)) * np.cos(angle) / (1 + 3 * np.cos(angle) ** 2)
+    run = landing_bar(angle, sf.laws.coulomb(static, 0.1)).checked()
+    alone = landing_bar(angle, sf.laws.coulomb(static if needed <= static else 0.1)).checked()
+    assert run.final == pytest.approx(alone.final, abs=1e-12)
+
+
+def struck_body(places, heights, law, bounces, velocities):
+    """Return the velocities after the impact of a body whose contacts all touch at the start."""
+    contacts = [
+        sf.Contact(f"c{i}", u + h * w, sf.Unilateral(y + b * turn, e), law)
+        for i, (b, h, e) in enumerate(zip(places, heights, bounces, strict=True))
+    ]
+    system = sf.System([x, y, turn], [u, v, w], sp.diag(*MASSES.tolist()), [0, 0, 0])
+    start = dict.fromkeys((x, y, turn), 0.0) | dict(zip((u, v, w), velocities, strict=True))
+    run = sf.simulate(sf.Scene(system, contacts, {}, start, 1e-6), tolerance=1e-12)
+    return run.status, run.final[3:]
+
+
+@pytest.mark.parametrize("resting", [0, 1, 2])
+def test_contacts_that_rest_and_slide_in_one_impact(resting):
+    """Against all combinations of what two contacts do; `resting` of them have no slip."""
+    rng, unlike, judged = np.random.default_rng([91, resting]), 0, 0
+    for _ in range(25):
+        places, heights = rng.uniform(-1, 1, 2), rng.uniform(-1, 1, 2)
+        bounces, mu = rng.uniform(0, 0.6, 2), rng.uniform(0.1, 0.5)
+        static = mu * rng.uniform(1.3, 3)
+        turning = rng.uniform(-1, 1) if resting < 2 else 0.0
+        along = -heights[0] * turning if resting else rng.uniform(-1, 1)
+        velocities = np.array([along, -rng.uniform(0.3, 1), turning])
+        normal = np.array([[0, 1, b] for b in places])
+        if np.any(normal @ velocities >= -0.05):
+            continue
+        rows = np.vstack([[[1, 0, h] for h in heights], normal])
+        W, z = rows @ (rows / MASSES).T, rows @ velocities
+        z[np.abs(z) < 1e-15] = 0.0
+        bounds = np.where(z[:2] == 0, static, mu)
+        ends = []
+        for bound in (bounds, np.full(2, static), np.full(2, mu)):
+            try:
+                impulses = several(Touching(W, [0, 1], np.full(2, mu), bound, bounces), z)
+            except NotUnique:
+                ends.append(None)
+                continue
+            ends.append(velocities + rows.T @ impulses / MASSES)
+        if ends[0] is None:
+            continue
+        status, after = struck_body(places, heights, sf.laws.coulomb(static, mu), bounces, velocities)
+        assert status == sf.Status.OK
+        assert after == pytest.approx(ends[0], abs=1e-9)
+        judged += 1
+        unlike += any(e is None or np.max(np.abs(e - ends[0])) > 1e-6 for e in ends[1:])
+    assert judged > 5
+    assert unlike or resting == 0
