@@ -12,6 +12,8 @@ from symfric.model.outputs import OutputOfExpression
 from symfric.model.scene import Scene
 from symfric.solve.lowered import LoweredScene
 
+_LITTLE = 1e-9  # factor of a term of a surface's speed that is rounding
+
 
 @dataclass(frozen=True)
 class Facts:
@@ -77,7 +79,8 @@ def facts_of(lowered: LoweredScene) -> Facts:
 def redundant(scene: Scene) -> tuple[str, ...]:
     """Return the contacts that can stick and whose slip depends linearly on those of earlier ones, at the start.
 
-    Those that open are left out: most of the time few of them touch.
+    Surfaces that move apart, belts at two speeds, cannot be stuck to together. Those that open are left out: most of the
+    time few of them touch.
     """
     sticking = [c for c in scene.contacts if not c.law.smooth and c.along_line and c.unilateral is None]
     if len(sticking) < 2:
@@ -90,12 +93,28 @@ def redundant(scene: Scene) -> tuple[str, ...]:
             return ()
         slopes = entries.tolist()
     rows, dependent, rank = np.array(slopes, dtype=float), [], 0
+    surfaces = _surfaces(scene, [w for c in dict.fromkeys(sticking) for w in c.slips])
     for k, contact in enumerate(sticking):
         now = int(np.linalg.matrix_rank(rows[: k + 1]))
-        if now == rank:
+        if now == rank and _same(surfaces, k, np.linalg.lstsq(rows[:k].T, rows[k], rcond=None)[0]):
             dependent.append(contact.name)
         rank = now
     return tuple(dict.fromkeys(dependent))
+
+
+def _surfaces(scene: Scene, slips: list[sp.Expr]) -> list[sp.Expr]:
+    """Return what is left of slips without velocities: the speeds of surfaces."""
+    part = scene.system.linear
+    rows = () if part is None else [s for s, row in part.rows.items() if row.of == "u"]
+    still, numbers = dict.fromkeys((*scene.system.u, *rows), sp.S.Zero), scene.parameter_values()
+    return [w.xreplace(still).xreplace(numbers) for w in slips]
+
+
+def _same(surfaces: list[sp.Expr], k: int, shares: np.ndarray) -> bool:
+    """Whether a surface moves as a combination of earlier ones, term by term."""
+    rest = surfaces[k] - sp.Add(*(float(c) * w for c, w in zip(shares, surfaces, strict=False)))
+    terms = sp.expand(rest).as_coefficients_dict()
+    return all(abs(float(factor)) < _LITTLE for factor in terms.values())
 
 
 @cache

@@ -94,6 +94,20 @@ def test_redundant_contacts_are_named_once(caplog):
     assert sf.explain(scene).facts.redundant == ("twin of front",)
 
 
+@pytest.mark.parametrize(
+    ("second", "named"),
+    [("2*u - 2*v", True), ("2*u - v", False), ("u - v - a*x", False), ("u - v - a*sin(t)", False), ("-u + v", True)],
+)
+def test_contacts_on_surfaces_that_move_apart_are_not_redundant(second, named):
+    x, u, v, a = sp.symbols("x u v a", real=True)
+    slip = sp.sympify(second, {"x": x, "u": u, "v": v, "a": a, "t": sf.TIME})
+    law = sf.laws.coulomb(0.3)
+    contacts = [sf.Contact("front", u - v, 1.0, law), sf.Contact("back", slip, 1.0, law)]
+    values = {v: 0.3} | ({a: 0.2} if slip.has(a) else {})
+    scene = sf.Scene(sf.System([x], [u], [[1]], [-x]), contacts, values, {x: 0.0, u: 0.0}, 5.0)
+    assert sf.explain(scene).facts.redundant == (("back",) if named else ())
+
+
 @pytest.mark.parametrize("order", [8, 9])
 def test_bodies_that_move_late_do_not_hold_up_the_first_steps(order):
     q, u = sp.symbols("q:7", real=True), sp.symbols("u:7", real=True)
