@@ -79,8 +79,8 @@ def facts_of(lowered: LoweredScene) -> Facts:
 def redundant(scene: Scene) -> tuple[str, ...]:
     """Return the contacts that can stick and whose slip depends linearly on those of earlier ones, at the start.
 
-    Surfaces that move apart, belts at two speeds, cannot be stuck to together. Those that open are left out: most of the
-    time few of them touch.
+    Surfaces that move apart, belts at two speeds, cannot be stuck to together. Contacts that open are left out: most of
+    the time few of them touch.
     """
     sticking = [c for c in scene.contacts if not c.law.smooth and c.along_line and c.unilateral is None]
     if len(sticking) < 2:
