@@ -17,6 +17,7 @@ import casadi as ca
 import numpy as np
 import sympy as sp
 
+from symfric.codegen.point_function import PointFunction
 from symfric.design.quench.belt_scene import Belt
 from symfric.locks import SYMBOLIC, alone
 from symfric.lower.law_features import narrow
@@ -39,7 +40,7 @@ class Averaged:
     inside, outside : Function ``(v, q) -> (damping, power, friction, share)``
         Damping ``c + N mubar'``, mean power of the fast motion, mubar, and its share ``mubar(v)/mu(v)`` of the friction
         without excitation, for v <= q and for v >= q; at v = q the damping inside is infinite.
-    dampings : (Function, Function)
+    dampings : (PointFunction, PointFunction)
         ``(v, q) -> damping`` alone, inside and outside, for searches that need nothing else.
     unshaken : Function ``v -> damping``
         Without excitation, v > 0.
@@ -56,7 +57,7 @@ class Averaged:
 
     inside: ca.Function
     outside: ca.Function
-    dampings: tuple[ca.Function, ca.Function]
+    dampings: tuple[PointFunction, PointFunction]
     unshaken: ca.Function
     levels: tuple[float, ...]
     kinks: tuple[float, ...]
@@ -92,10 +93,10 @@ def average_belt(belt: Belt, speeds: tuple[float, float], q_max: float) -> Avera
     )
 
 
-def _damping_of(function: ca.Function) -> ca.Function:
+def _damping_of(function: ca.Function) -> PointFunction:
     """Return a function of the first output alone."""
     v, q = ca.SX.sym("v"), ca.SX.sym("q")
-    return ca.Function("damping", [v, q], [function(v, q)[0]])
+    return PointFunction(ca.Function("damping", [v, q], [function(v, q)[0]]))
 
 
 def _compiled(expr: sp.Expr) -> ca.Function:

@@ -145,11 +145,10 @@ def evaluated(
     averaged: Averaged, inside: bool, v: np.ndarray, q: np.ndarray, kinds: Iterable[str] = ROWS
 ) -> dict[str, np.ndarray]:
     """Evaluate the quantities of `ROWS`, or some of them, at belt speeds and intensities of equal shape."""
-    place = v.reshape(1, -1), q.reshape(1, -1)
     if set(kinds) == {"damping"}:
-        values = {"damping": np.array(averaged.dampings[0 if inside else 1](*place)).reshape(v.shape)}
+        values = {"damping": averaged.dampings[0 if inside else 1](v, q)}
     else:
-        outputs = (averaged.inside if inside else averaged.outside)(*place)
+        outputs = (averaged.inside if inside else averaged.outside)(v.reshape(1, -1), q.reshape(1, -1))
         values = {kind: np.array(outputs[ROWS[kind]]).reshape(v.shape) for kind in kinds}
     if not inside and averaged.falls_steeply and "damping" in values:
         values["damping"] = np.where(v <= q, -np.inf, values["damping"])
