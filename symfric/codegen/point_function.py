@@ -38,9 +38,9 @@ class PointFunction:
         """Return the values at points whose coordinates are arrays of equal shape."""
         shape = places[0].shape
         rows = [np.ascontiguousarray(place, dtype=float).ravel() for place in places]
-        if self._code is None:
+        if self._code is None and rows[0].size:
             return np.array(self._function(*(row[None] for row in rows))).reshape(shape)
-        values = np.empty(rows[0].size)
+        values = np.empty(rows[0].size)  # or no points at all
         starts, size = [row.ctypes.data for row in rows] + [values.ctypes.data], values.itemsize
         for k in range(values.size):
             self._call(*(start + k * size for start in starts))
