@@ -75,7 +75,7 @@ class Condition:
         if self.kind == "half-range":
             return replace(system, test=TestFunction(lambda z, passage: 0.5 * passage.ranges[0] / self.level - 1.0))
         if self.turn:
-            return replace(system, test=TestFunction(lambda z, passage: _turn(system, z, passage, self)))
+            return replace(system, test=_turn(system, self))
         if self.event >= 0:
             return replace(system, test=_graze(system, self))
         if self.guard < 0:
@@ -190,17 +190,34 @@ def holding_at(system: ShootingSystem, z: np.ndarray, passage: Passage, contact:
     NotFound
         If there is no such end.
     """
+    time, way = _slip_end(passage, contact, which)
+    start, _, values = system.unpack(z)
+    return system.flow.guard(start, values, time, contact, way, sticks=True)
+
+
+def _turn(system: ShootingSystem, condition: Condition) -> TestFunction:
+    """Return the test function of a turn: relative reserve of static friction at the end of a slip, less `depth`."""
+    assert condition.turn is not None
+    contact, which = condition.turn
+
+    def value(z: np.ndarray, passage: Passage) -> float:
+        return holding_at(system, z, passage, contact, which).left + condition.depth
+
+    def slopes(z: np.ndarray, passage: Passage) -> np.ndarray:
+        time, way = _slip_end(passage, contact, which)
+        start, _, values = system.unpack(z)
+        by_start, by_value = system.flow.reserve_slopes(start, values, time, contact, way)
+        return np.concatenate([by_start, np.zeros(int(system.free)), by_value])
+
+    return TestFunction(value, slopes)
+
+
+def _slip_end(passage: Passage, contact: int, which: int) -> tuple[float, int]:
+    """Return the time at which a slip ends, and its direction; raise NotFound if there is no such slip."""
     ends = slip_ends(passage, contact)
     if which >= len(ends):
         raise NotFound("the contact no longer ends a slip there")
-    start, _, values = system.unpack(z)
-    return system.flow.guard(start, values, ends[which][0], contact, ends[which][1], sticks=True)
-
-
-def _turn(system: ShootingSystem, z: np.ndarray, passage: Passage, condition: Condition) -> float:
-    """Return the test function of a turn: relative reserve of static friction at the end of a slip, less `depth`."""
-    assert condition.turn is not None
-    return holding_at(system, z, passage, *condition.turn).left + condition.depth
+    return ends[which]
 
 
 def _graze(system: ShootingSystem, condition: Condition) -> TestFunction:

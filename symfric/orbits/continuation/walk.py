@@ -1,5 +1,6 @@
 """One walk along a branch of periodic orbits: predictor, corrector, step control, and detection of special points."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -197,8 +198,7 @@ class Walk:
             if turns and not there:
                 half.special.append(self._met("fold", fold or point, point, new))
             self._note_smooth(half, point, new)
-            if not self._system.free:  # a guess from more than a tangent would also start at another time of an orbit
-                self._behind = (Behind(point.z, way), *behind)[:_BEHIND]
+            self._behind = (Behind(point.z, way), *behind)[:_BEHIND]
             return new, ahead, min(1.5 * step, _LARGEST)
 
     def _encloses(self, point: Point, new: Point) -> bool:
@@ -281,9 +281,30 @@ class Walk:
         starts from the orbits nearest by, since from the chord it may go to and fro across the corner.
         """
         chord = other.z - one.z
+        try:
+            return self._zero(one, other, lambda point: float(self.tangent(point, chord)[-1]))
+        except (NotFound, ValueError):
+            return self._located("fold", one, other)
+
+    def _zero(self, one: Point, other: Point, test: Callable[[Point], float]) -> Point:
+        """Return the orbit between two at which a function of other signs on both is zero.
+
+        Raises
+        ------
+        NotFound
+            If an orbit in between is not found.
+        ValueError
+            If the signs are the same.
+        """
+        chord = other.z - one.z
         normal, points = chord / self._units(one) ** 2, {0.0: one, 1.0: other}
 
         def at(share: float) -> Point:
+            if share not in points:
+                points[share] = found(share)
+            return points[share]
+
+        def found(share: float) -> Point:
             for known in sorted(points, key=lambda k: abs(k - share))[:_GUESSES]:
                 along = self.tangent(points[known], chord)
                 guess = points[known].z + (share - known) * float(chord @ normal) / float(along @ normal) * along
@@ -293,20 +314,16 @@ class Walk:
                     continue
             return solve(self._system, one.z + share * chord, normal, CORRECTIONS)
 
-        def rate(share: float) -> float:
-            if share not in points:
-                points[share] = at(share)
-            return float(self.tangent(points[share], chord)[-1])
-
-        try:
-            share = zero(rate, 0.0, 1.0, xtol=1e-12, rtol=1e-12)
-        except (NotFound, ValueError):
-            return self._located("fold", one, other)
-        return points.get(share) or at(share)
+        return at(zero(lambda share: test(at(share)), 0.0, 1.0, xtol=1e-12, rtol=1e-12))
 
     def _located(self, kind: str, one: Point, other: Point) -> Point | None:
         """Return the point of a kind between two orbits; None if its test function keeps its sign and is not zero."""
         free, span = self._system.free, np.abs(other.z - one.z)
+        if kind != "fold":
+            try:
+                return self._zero(one, other, lambda point: SMOOTH[kind](point.passage, free))
+            except (NotFound, ValueError):
+                pass
         try:
             there = solve(Condition(kind).system(self._system, 1.0), 0.5 * (one.z + other.z))
             if np.all(np.abs(there.z - 0.5 * (one.z + other.z)) <= span + 1e-6 * np.abs(one.z)):
@@ -370,6 +387,7 @@ class Walk:
         passage = system.flow.run(start, values, (edges[k] + 0.5 * (edges[k + 1] - edges[k])) % period)
         carried = passage.by_start @ way[:n] + passage.by_value @ way[n + 1 :]
         moved = solve(system, np.concatenate([passage.end, point.z[n:]]), np.append(np.zeros(n + 1), 1.0))
+        self._behind = ()  # they start at other times
         return moved, self.tangent(moved, np.concatenate([carried, way[n:]]))
 
 
