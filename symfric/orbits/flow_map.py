@@ -33,8 +33,8 @@ _STRETCHED = 1e-9  # relative difference up to which a spring was stretched by t
 _PEAK = 1e-9  # relative excess of the static over the kinetic coefficient that counts as one
 _JUST = 1e-8  # of the time until an event: how long before it derivatives are taken that jump there
 _ROUGH = 1e-8  # tolerance of a run that serves as a guess
-# largest gap between end and start of a periodic orbit, relative to the range of a state; the second one by an implicit
-# integrator, whose steps change with the start
+# largest gap between end and start of a periodic orbit, relative to the range of a state, unless the tolerance of the
+# motion is larger, since its steps change with the start; the second one by an implicit integrator
 _CLOSED, _CLOSED_IMPLICIT = 1e-12, 1e-8
 _MOST_FLOWS, _MOST_MOTIONS = 16, 8  # most programs kept in memory
 _FLOWS: dict[tuple[Any, ...], "FlowMap"] = {}  # compiled flow maps by their equations
@@ -98,7 +98,7 @@ class FlowMap:
         rows = [Row(RANGE, s) for s in scene.system.states]
         self._automaton: Automaton = lifted(lower(self.scene, [r.expr for r in rows], frozenset(self.parameters)))
         stiff = is_stiff(self.scene)
-        self.closed = _CLOSED_IMPLICIT if stiff else _CLOSED
+        self.closed = _CLOSED_IMPLICIT if stiff else max(_CLOSED, tolerance)
         self._runs = (StiffRuns if stiff else runs_of)(self.scene, self._automaton, self.parameters, tolerance)
         self.n_lifts, self.openings = n_lifts(self._automaton), tuple(self._automaton.layout.shown_openings)
         own = self._automaton.parameters[: len(self._automaton.parameters) - self.n_lifts]
@@ -246,7 +246,8 @@ class FlowMap:
         """Return the springs that were stretched by the slip alone: ``z(T) = z(0) + r (q(T) - q(0))`` for any start."""
         idle, n, by = [], len(self.scene.system.q), passage.by_start
         for place, row in self.springs.items():
-            stretched = row @ (by[:n] - np.eye(n, by.shape[1]))
+            stretched = row @ by[:n]
+            stretched[:n] -= row
             stretched[place] += 1.0
             if np.max(np.abs(by[place] - stretched)) <= _STRETCHED * np.max(np.abs(stretched)):
                 idle.append(place)

@@ -113,6 +113,10 @@ class ShootingSystem:
         assert self.flow.period is not None
         return z[:n], self.multiple * self.flow.period(values), values
 
+    def period(self, z: np.ndarray) -> float:
+        """Return the period."""
+        return float(z[len(self.flow.states)]) if self.free else self.unpack(z)[1]
+
     def sizes(self, z: np.ndarray, passage: Passage) -> np.ndarray:
         """Return the sizes of the unknowns (ranges of the states, period, parameters), (n_z,)."""
         size = np.append(passage.ranges, np.abs(z[passage.end.size :]))
@@ -122,7 +126,9 @@ class ShootingSystem:
 
     def follow(self, z: np.ndarray) -> Passage:
         """Evaluate the flow map over the period."""
-        start, period, values = self.unpack(z)
+        return self._over(*self.unpack(z))
+
+    def _over(self, start: np.ndarray, period: float, values: dict[str, float]) -> Passage:
         if not period > 0:
             raise NotFound(_STUCK)
         return self.flow.run(start, values, period, self.lift)
@@ -132,10 +138,10 @@ class ShootingSystem:
 
         With an orbit `beside` of the same branch the start moves from that, across the mean of both motions.
         """
-        passage = self.follow(z)
+        y, period, values = self.unpack(z)
+        passage = self._over(y, period, values)
         if phase is None:
             phase = _across(passage) if beside is None else 0.5 * (_across(passage) + _across(beside.passage))
-        y, _, values = self.unpack(z)
         n = y.size
         by_value = passage.by_value
         if not self.free and self.flow.parameters and self.flow.period_by:
@@ -246,10 +252,10 @@ def _improved(
     step = step_of(system, now, -now.rest, normal, away)
     if not np.all(np.isfinite(step)):
         raise NotFound(_STUCK)
-    period = system.unpack(guess)[1]
+    period = system.period(guess)
     for halving in range(_HALVINGS + 1):
         share = 0.5**halving
-        if not period / _LONGER < system.unpack(now.z + share * step)[1] < period * _LONGER:
+        if not period / _LONGER < system.period(now.z + share * step) < period * _LONGER:
             continue  # a run over it would cost as much as very many orbits
         try:
             then = system.at(now.z + share * step, now.phase, guess[:n], beside)

@@ -29,11 +29,10 @@ def units(system: ShootingSystem, point: Point, limits: np.ndarray, largest: np.
     largest : ndarray, shape (n_x,)
         Ranges of the states on the largest orbit so far.
     """
-    period = system.unpack(point.z)[1]
     own = np.maximum(point.passage.ranges, _SHARE * largest)
     for kind in kinds(len(system.flow.scene.system.q), own.size):
         own[kind] = np.maximum(own[kind], _FAINT * np.max(own[kind], initial=0.0))
-    return np.concatenate([own, [period] if system.free else [], limits[:, 1] - limits[:, 0]])
+    return np.concatenate([own, [system.period(point.z)] if system.free else [], limits[:, 1] - limits[:, 0]])
 
 
 def tangent(system: ShootingSystem, point: Point, size: np.ndarray, along: np.ndarray) -> np.ndarray:
