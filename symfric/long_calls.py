@@ -256,12 +256,15 @@ def keep_when_interrupted() -> Iterator[None]:
       `bifurcation_diagram` its points likewise; `symfric.structures.flutter_map` the values until then;
     - `basins` the attractors found, with the status -3 for starts that belong to none of them as yet;
     - `lyapunov` the exponents over the time until then;
-    - `identify` the best fit of the starts that were tried, once there is one;
+    - `identify` the best fit of the starts that were tried, once there is one; `compare_laws` the laws fitted, with
+      "interrupted" as the reason of the others; `test_design` the best of the settings that were tried;
     - designs the best one so far, unverified: `symfric.design.absorber` with a contact, `collocation`,
       `contact_damper`, `controller`, `isolator`, `quench` once its averaged optimum is found, and `damper` of a forced
       scene or with `settle`.
 
-    Other calls are interrupted as ever, and so is the work after the block.
+    Other calls have nothing to keep and are interrupted as ever, and so is the work after the block: a motion that has
+    not closed as yet is no `limit_cycle`, a damping that was tried at some speeds only no design of `damper` against
+    limit cycles, and `positioning` evaluates formulas.
 
     Returns
     -------

@@ -425,6 +425,44 @@ def test_interrupted_exponents_and_fits_are_kept(monkeypatch):
     assert abs(fit.values["delta"] - 0.03) < 5 * fit.standard_errors["delta"]
 
 
+def test_an_interrupted_comparison_holds_the_laws_and_settings_tried(monkeypatch):
+    from symfric.identification import comparison, experiments
+
+    scene, t = sf.scenes.coulomb_oscillator(0.03, delta_s=0.05), np.linspace(0.1, 40.0, 100)
+    y = sf.simulate(scene)(t)[0] + 0.01 * np.random.default_rng(0).standard_normal(t.size)
+    laws, ask = {"one": scene, "two": scene, "three": scene}, ({"x": (t, y)}, {"delta": (0.001, 0.05)})
+
+    def after(module, name, count):
+        """Interrupt the call of a function after so many."""
+        own, calls = getattr(module, name), []
+
+        def interrupted(*args, **kwargs):
+            calls.append(1)
+            if len(calls) > count:
+                raise KeyboardInterrupt
+            return own(*args, **kwargs)
+
+        monkeypatch.setattr(module, name, interrupted)
+
+    with monkeypatch.context() as monkeypatch:
+        after(comparison, "identify", 1)
+        with sf.keep_when_interrupted():
+            table = sf.compare_laws(laws, *ask, starts=2)
+        assert [s.name for s in table] == ["one"]
+        assert table.failed == {"two": "interrupted", "three": "interrupted"}
+        with sf.keep_when_interrupted(), pytest.raises(KeyboardInterrupt):  # nothing was fitted
+            sf.compare_laws(laws, *ask, starts=2)
+    fit = sf.identify(scene, *ask, starts=2)
+    whole = sf.test_design(fit, {"x0": [0.5, 1.0, 2.0]})
+    after(experiments, "_information", 2)
+    with sf.keep_when_interrupted():
+        part = sf.test_design(fit, {"x0": [0.5, 1.0, 2.0]})
+    assert part.candidates == whole.candidates[:2]
+    assert part.gains == pytest.approx(whole.gains[:2])
+    with pytest.raises(KeyboardInterrupt):
+        sf.test_design(fit, {"x0": [0.5, 1.0, 2.0]})
+
+
 def test_an_interrupt_within_a_design_ends_it_even_then(monkeypatch):
     """A design must not take a part of a branch for the whole."""
     from symfric.orbits.continuation import walk

@@ -12,11 +12,12 @@ from symfric.errors import NotFound, SceneError
 from symfric.identification.fit import Fit
 from symfric.identification.identify import identify
 from symfric.identification.local_fit import Problem, minimise
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell, until_interrupted
 from symfric.model.results import ArrayResult, Labelled
 from symfric.model.scene import Scene
 from symfric.model.symbols import Key, name_of, nearest, shortened
 
+INTERRUPTED = "interrupted"  # why a law was not fitted
 SAME = 2.0  # difference of AICc below which the records do not tell two laws apart (Burnham and Anderson)
 
 
@@ -55,7 +56,7 @@ class Comparison(ArrayResult):
     ----------
     scores : tuple of LawScore
     failed : dict of str to str
-        Laws that could not be fitted, with the reason.
+        Laws that could not be fitted, with the reason; see also `symfric.keep_when_interrupted`.
     notes : tuple of str
         Which laws the records do not tell apart.
 
@@ -211,16 +212,21 @@ def compare_laws(
     if isinstance(folds, bool) or not isinstance(folds, int) or folds < 2:
         raise SceneError(f"folds is {shortened(folds)}; give at least 2")
     own = _parameters_of(scenes, parameters)
-    scores, failed = [], {}
-    for name, scene in scenes.items():
-        try:
-            fit = identify(
-                scene, records, own[name], observed, sigma, starts, seed=seed, tolerance=tolerance, threads=threads
-            )
-        except NotFound as reason:
-            failed[name] = str(reason)
-            continue
-        scores.append(_score(name, fit, folds))
+    scores, failed, left = [], {}, list(scenes)
+    with until_interrupted("compare_laws"):
+        for name, scene in scenes.items():
+            tell(f"the law {name}, {len(scenes) - len(left) + 1} of {len(scenes)}")
+            try:
+                fit = identify(
+                    scene, records, own[name], observed, sigma, starts, seed=seed, tolerance=tolerance, threads=threads
+                )
+                scores.append(_score(name, fit, folds))
+            except NotFound as reason:
+                failed[name] = str(reason)
+            left.remove(name)
+    if left and not scores:
+        raise KeyboardInterrupt  # there is nothing to keep
+    failed |= dict.fromkeys(left, INTERRUPTED)
     if not scores:
         raise NotFound(f"no law could be fitted: {'; '.join(f'{n}: {why}' for n, why in failed.items())}")
     scores.sort(key=lambda s: s.aicc)

@@ -10,7 +10,7 @@ import numpy as np
 from symfric.errors import NotFound, SceneError
 from symfric.identification.fit import Fit
 from symfric.identification.prediction import Predictor
-from symfric.long_calls import logged
+from symfric.long_calls import logged, tell, until_interrupted
 from symfric.model.arguments import instance, is_one_of
 from symfric.model.results import Result
 from symfric.model.symbols import Key, finite, name_of, shortened
@@ -123,16 +123,21 @@ def test_design(
     kept = np.concatenate([np.full(c.y.size, c.scene == scene_label) for c in predictor.channels])
     weight = fit._problem.weight[kept] / np.sqrt(fit.variance)
     again = replace(predictor, channels=channels)
-    for k, row in enumerate(rows):
-        candidates.append(dict(zip(names, row, strict=True)))
-        part = _information(again, candidates[-1], fit.vector, weight[:, None] * ranges)
-        parts |= {} if part is None else {k: part}
+    with until_interrupted("test_design"):
+        for k, row in enumerate(rows):
+            tell(f"setting {k + 1} of {len(rows)}")
+            candidate = dict(zip(names, row, strict=True))
+            part = _information(again, candidate, fit.vector, weight[:, None] * ranges)
+            candidates.append(candidate)
+            parts |= {} if part is None else {k: part}
     there = list(parts)
+    if not there and len(candidates) < len(rows):
+        raise KeyboardInterrupt  # there is nothing to keep
     if not there:
         raise NotFound("no candidate's run reaches the end of the records; choose other settings")
     level = WEAK * max(1.0, *(float(np.trace(parts[k])) for k in there))
     weak = np.eye(ranges.size) * level
-    gains = np.full(len(rows), np.nan)
+    gains = np.full(len(candidates), np.nan)
     gains[there] = [_log_det(base + weak + parts[k]) - _log_det(base + weak) for k in there]
     chosen, errors, total = [], [], base + weak
     for _ in range(number):

@@ -1,7 +1,7 @@
 """Flow map of a scene: the state after a given time, with derivatives by the start, the parameters and the time."""
 
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -31,9 +31,10 @@ from symfric.solve.run import Run
 
 _STRETCHED = 1e-9  # relative difference up to which a spring was stretched by the slip alone
 _PEAK = 1e-9  # relative excess of the static over the kinetic coefficient that counts as one
+_JUST = 1e-8  # of the time until an event: how long before it derivatives are taken that jump there
 _ROUGH = 1e-8  # tolerance of a run that serves as a guess
-# largest gap between end and start of a periodic orbit, relative to the range of a state; the second one by an implicit
-# integrator, whose steps change with the start
+# largest gap between end and start of a periodic orbit, relative to the range of a state, unless the tolerance of the
+# motion is larger, since its steps change with the start; the second one by an implicit integrator
 _CLOSED, _CLOSED_IMPLICIT = 1e-12, 1e-8
 _MOST_FLOWS, _MOST_MOTIONS = 16, 8  # most programs kept in memory
 _FLOWS: dict[tuple[Any, ...], "FlowMap"] = {}  # compiled flow maps by their equations
@@ -97,7 +98,7 @@ class FlowMap:
         rows = [Row(RANGE, s) for s in scene.system.states]
         self._automaton: Automaton = lifted(lower(self.scene, [r.expr for r in rows], frozenset(self.parameters)))
         stiff = is_stiff(self.scene)
-        self.closed = _CLOSED_IMPLICIT if stiff else _CLOSED
+        self.closed = _CLOSED_IMPLICIT if stiff else max(_CLOSED, tolerance)
         self._runs = (StiffRuns if stiff else runs_of)(self.scene, self._automaton, self.parameters, tolerance)
         self.n_lifts, self.openings = n_lifts(self._automaton), tuple(self._automaton.layout.shown_openings)
         own = self._automaton.parameters[: len(self._automaton.parameters) - self.n_lifts]
@@ -133,15 +134,66 @@ class FlowMap:
         """Return what is left, at a time, until a contact that slips in direction `way` stops, or one that sticks slips
         in the other direction."""
         passage, p, mode = self._follow(y, values, time, None)
-        parallels = self._automaton.parallels
-        alike = [k for k, root in enumerate(parallels) if root == parallels[contact] and self._automaton.sticks[k]]
-        mode[self._automaton.layout.direction(contact)] = way
-        mode[alike] = [(1.0 if k == parallels[contact] else 3.0) if sticks else 0.0 for k in alike]
+        self._put(mode, contact, way, sticks)
         parts = [np.array(e).ravel() for e in self._guards(passage.end, time, p, mode)]
         row = forward(contact) if sticks and way < 0 else backward(contact)
         size = float(np.sum(np.abs(parts[0][[backward(contact), forward(contact)]]))) if sticks else 1.0
         left, rate, bend = (float(e[row] / max(size, 1e-300)) for e in parts)
         return Guard(left, rate, bend, size)
+
+    def _put(self, mode: np.ndarray, contact: int, way: int, sticks: bool) -> None:
+        """Let a contact, and those of the same slip, slip in a direction or stick."""
+        parallels = self._automaton.parallels
+        alike = [k for k, root in enumerate(parallels) if root == parallels[contact] and self._automaton.sticks[k]]
+        mode[self._automaton.layout.direction(contact)] = way
+        mode[alike] = [(1.0 if k == parallels[contact] else 3.0) if sticks else 0.0 for k in alike]
+
+    def reserve_slopes(
+        self, y: np.ndarray, values: dict[str, float], time: float, contact: int, way: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return the derivatives of what `guard` leaves of static friction where a slip ends, at a time that moves.
+
+        By the state y (n_x,) and by the parameters (n_p,). The motion is followed until just before that time, since
+        its derivatives jump there; the slip w ends at ``dt = -(dw/dy V + dw/ds)/w'``.
+        """
+        before = (1.0 - _JUST) * time
+        passage, p, mode = self._follow(y, values, before, None)
+        n, rate = y.size, passage.rate
+
+        def along(end: np.ndarray, at: float, seed: np.ndarray) -> tuple[np.ndarray, float]:
+            """Return derivatives of slips and guards with given weights: at a fixed time, and by time on the motion."""
+            row = np.array(self._felt(end, at, p, mode, seed)).ravel()
+            by_all = np.append(row[:n] @ passage.by_start, row[:n] @ passage.by_value + row[n + 1 :])
+            return by_all, float(row[:n] @ rate + row[n])
+
+        n_c, seed = len(self._automaton.parallels), np.zeros(self._felt.nnz_in(4))
+        seed[contact] = 1.0
+        gain, speed = along(passage.end, before, seed)
+        later = -gain / speed if speed else np.full(gain.size, np.nan)
+        end = passage.end + (time - before) * rate
+        self._put(mode, contact, way, sticks=True)
+        both = [backward(contact), forward(contact)]
+        g = np.array(self._guards(end, time, p, mode)[0]).ravel()[both]
+        size, row = max(float(np.sum(np.abs(g))), 1e-300), int(way < 0)
+        seed = np.zeros(seed.size)
+        seed[[n_c + k for k in both]] = -np.sign(g) * g[row] / size**2
+        seed[n_c + both[row]] += 1.0 / size
+        gain, speed = along(end, time, seed)
+        by = gain + speed * later
+        return by[:n], by[n:]
+
+    @cached_property
+    def _felt(self) -> ca.Function:
+        """``(y, t, p, m, weights) -> (d/dy, d/dt, d/ds)`` of the weighted sum of slips and guards of contacts."""
+        with SYMBOLIC:
+            automaton = self._automaton
+            y, t, p, m = (ca.SX.sym(name, automaton.field.nnz_in(i)) for i, name in enumerate("ytpm"))
+            sums = ca.vertcat(automaton.gauge(y, t, p)[0], automaton.field(y, t, p, m)[1][automaton.layout.slips])
+            seed, names = ca.SX.sym("seed", sums.numel()), [s.name for s in automaton.parameters]
+            row = ca.jtimes(sums, ca.vertcat(y, t, p), seed, True)
+            first = y.numel() + 1
+            picked = ca.vertcat(row[:first], *(row[first + names.index(name)] for name in self.parameters))
+            return ca.Function("felt", [y, t, p, m, seed], [ca.densify(picked)])
 
     @alone(SYMBOLIC)
     def peaked(self, contact: int, values: dict[str, float]) -> bool:
@@ -194,7 +246,8 @@ class FlowMap:
         """Return the springs that were stretched by the slip alone: ``z(T) = z(0) + r (q(T) - q(0))`` for any start."""
         idle, n, by = [], len(self.scene.system.q), passage.by_start
         for place, row in self.springs.items():
-            stretched = row @ (by[:n] - np.eye(n, by.shape[1]))
+            stretched = row @ by[:n]
+            stretched[:n] -= row
             stretched[place] += 1.0
             if np.max(np.abs(by[place] - stretched)) <= _STRETCHED * np.max(np.abs(stretched)):
                 idle.append(place)

@@ -9,7 +9,8 @@ from symfric.long_calls import logged, tell
 from symfric.model.excitation import is_excited
 from symfric.model.scene import Scene, check_scene
 from symfric.model.symbols import Key, finite, name_of, nearest, pair
-from symfric.orbits.continuation.branch import Branch, Peak, continue_cycle
+from symfric.orbits.continuation.branch import Branch, Peak, followed
+from symfric.orbits.continuation.walk import FINE, Steps
 from symfric.orbits.cycle import Orbit, orbit_at, values_of
 from symfric.orbits.flow_map import flow_of
 from symfric.search import minimum
@@ -78,6 +79,21 @@ def frequency_response(
     >>> round(float(found.value), 6), round(found.half_range, 6)  # sqrt(1 - 2 D^2), 1/(2 D sqrt(1 - D^2)), D = 0.1
     (0.989949, 5.025189)
     """
+    return response(scene, parameter, span, coordinate, start, most, tolerance, FINE)
+
+
+@logged
+def response(
+    scene: Scene,
+    parameter: Key,
+    span: tuple[float, float],
+    coordinate: Key | None,
+    start: Orbit | None,
+    most: int,
+    tolerance: float,
+    steps: Steps,
+) -> Branch:
+    """Return the result of `frequency_response`, followed with given steps."""
     check_scene(scene)
     name = scene.parameter(parameter).name
     low, high = (finite(v, f"an end of the span of {name}") for v in pair(span, "span"))
@@ -91,12 +107,12 @@ def frequency_response(
         raise SceneError(f"{measured} is no state{nearest(measured, names)}")
     here = scene.values[scene.parameter(name)]
     begin = here if here is not None and low <= here <= high else 0.5 * (low + high)
-    whole = continue_cycle(scene.where({name: begin}), name, (low, high), start, most, tolerance)
+    whole = followed(scene.where({name: begin}), name, (low, high), start, most, tolerance, steps)
     pieces = [whole]
-    for side, end in ((0, low), (1, high)):
+    for side in (0, 1):
         if "interrupted" in pieces[-1].ends:
             break
-        pieces += _beyond(scene, name, (low, high), whole, side, end, most, tolerance)
+        pieces += _beyond(scene, name, (low, high), whole, side, most, tolerance, steps)
     tell("the peak")
     return _joined(scene, pieces, names.index(measured), tolerance)
 
@@ -107,9 +123,9 @@ def _beyond(
     span: tuple[float, float],
     branch: Branch,
     side: int,
-    end: float,
     most: int,
     tolerance: float,
+    steps: Steps,
 ) -> list[Branch]:
     """Return the pieces of the branch beyond an end within the span."""
     branches: list[Branch] = []
@@ -122,7 +138,7 @@ def _beyond(
             break
         rest = (at, span[1]) if side else (span[0], at)
         try:
-            branch = continue_cycle(scene.where({name: at}), name, rest, None, most, tolerance)
+            branch = followed(scene.where({name: at}), name, rest, None, most, tolerance, steps)
         except NotFound:
             break
         branches.append(branch)

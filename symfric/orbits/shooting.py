@@ -113,6 +113,10 @@ class ShootingSystem:
         assert self.flow.period is not None
         return z[:n], self.multiple * self.flow.period(values), values
 
+    def period(self, z: np.ndarray) -> float:
+        """Return the period."""
+        return float(z[len(self.flow.states)]) if self.free else self.unpack(z)[1]
+
     def sizes(self, z: np.ndarray, passage: Passage) -> np.ndarray:
         """Return the sizes of the unknowns (ranges of the states, period, parameters), (n_z,)."""
         size = np.append(passage.ranges, np.abs(z[passage.end.size :]))
@@ -122,19 +126,22 @@ class ShootingSystem:
 
     def follow(self, z: np.ndarray) -> Passage:
         """Evaluate the flow map over the period."""
-        start, period, values = self.unpack(z)
+        return self._over(*self.unpack(z))
+
+    def _over(self, start: np.ndarray, period: float, values: dict[str, float]) -> Passage:
         if not period > 0:
             raise NotFound(_STUCK)
         return self.flow.run(start, values, period, self.lift)
 
-    def at(self, z: np.ndarray, phase: np.ndarray | None, reference: np.ndarray) -> Point:
-        """Return residuals and derivatives, with phase condition `phase`, by default from the motion itself."""
-        passage = self.follow(z)
+    def at(self, z: np.ndarray, phase: np.ndarray | None, reference: np.ndarray, beside: Point | None = None) -> Point:
+        """Return residuals and derivatives, with phase condition `phase`, by default from the motion itself.
+
+        With an orbit `beside` of the same branch the start moves from that, across the mean of both motions.
+        """
+        y, period, values = self.unpack(z)
+        passage = self._over(y, period, values)
         if phase is None:
-            size = passage.ranges
-            # Poincare's phase condition: the start may move only across the motion, measured in ranges of the states
-            phase = passage.rate / size**2 / max(np.linalg.norm(passage.rate / size), 1e-300)
-        y, _, values = self.unpack(z)
+            phase = _across(passage) if beside is None else 0.5 * (_across(passage) + _across(beside.passage))
         n = y.size
         by_value = passage.by_value
         if not self.free and self.flow.parameters and self.flow.period_by:
@@ -150,11 +157,20 @@ class ShootingSystem:
             slopes[k] = row
         if self.free:
             row = np.concatenate([phase, np.zeros(z.size - n)])
-            rest, slopes = np.append(rest, phase @ (y - reference)), np.vstack([slopes, row])
+            away = y - (reference if beside is None else beside.z[:n])
+            rest, slopes = np.append(rest, phase @ away), np.vstack([slopes, row])
         if self.test:
             more = self._slopes(self.test, z, passage)
             rest, slopes = np.append(rest, self.test.value(z, passage)), np.vstack([slopes, more])
         return Point(z, passage, rest, slopes, phase)
+
+    def across_itself(self, point: Point) -> Point:
+        """Return a solution with the phase condition of its own motion, which a tangent of the branch has to meet."""
+        if not self.free:
+            return point
+        phase, slopes, n = _across(point.passage), point.slopes.copy(), point.passage.end.size
+        slopes[n, :n] = phase
+        return point._replace(phase=phase, slopes=slopes)
 
     def _slopes(self, test: TestFunction, z: np.ndarray, passage: Passage) -> np.ndarray:
         if test.slopes:
@@ -172,6 +188,9 @@ def solve(
     through: np.ndarray | None = None,
     reference: np.ndarray | None = None,
     first: Point | None = None,
+    beside: Point | None = None,
+    slow: int | None = None,
+    reach: np.ndarray | None = None,
 ) -> Point:
     """Solve the shooting equations by Newton's method from a guess.
 
@@ -189,24 +208,43 @@ def solve(
         Unknowns from which phase and the places of idle sliders are measured; the guess unless given.
     first : Point, optional
         The equations at the guess, where they are known.
+    beside : Point, optional
+        An orbit of the same branch from which the phase is measured instead.
+    slow : int, optional
+        Number of steps that may leave more than half of the residual; by default all of them.
+    reach : ndarray, shape (n_z,), optional
+        Largest distance of a trial from the guess, by default any.
 
     Raises
     ------
     NotFound
-        If Newton's method does not converge.
+        If Newton's method does not converge, or not within these limits.
     """
     plane, base = z if through is None else through, z if reference is None else reference
-    now = system.at(z, None, base[: len(system.flow.states)]) if first is None else first
+    now = system.at(z, None, base[: len(system.flow.states)], beside) if first is None else first
     size = misfit(now) if through is None else 1.0
     for _ in range(most):
-        now, size, share = _improved(system, now, size, normal, base, plane)
+        before = max(size, 100 * system.flow.closed)
+        now, size, share = _improved(system, now, size, normal, base, plane, beside)
         if size <= system.flow.closed and share == 1.0:
             return now
+        if slow is not None:
+            slow -= size > 0.5 * before
+            if slow < 0:
+                break
+        if reach is not None and np.any(np.abs(now.z - z) > reach):
+            break
     raise NotFound(_STUCK)
 
 
 def _improved(
-    system: ShootingSystem, now: Point, size: float, normal: np.ndarray | None, guess: np.ndarray, plane: Any
+    system: ShootingSystem,
+    now: Point,
+    size: float,
+    normal: np.ndarray | None,
+    guess: np.ndarray,
+    plane: Any,
+    beside: Point | None,
 ) -> tuple[Point, float, float]:
     """Take one step of Newton's method, shortened until the residual falls."""
     n = len(system.flow.states)
@@ -214,13 +252,13 @@ def _improved(
     step = step_of(system, now, -now.rest, normal, away)
     if not np.all(np.isfinite(step)):
         raise NotFound(_STUCK)
-    period = system.unpack(guess)[1]
+    period = system.period(guess)
     for halving in range(_HALVINGS + 1):
         share = 0.5**halving
-        if not period / _LONGER < system.unpack(now.z + share * step)[1] < period * _LONGER:
+        if not period / _LONGER < system.period(now.z + share * step) < period * _LONGER:
             continue  # a run over it would cost as much as very many orbits
         try:
-            then = system.at(now.z + share * step, now.phase, guess[:n])
+            then = system.at(now.z + share * step, now.phase, guess[:n], beside)
         except NotFound:
             continue
         worse = misfit(then)
@@ -251,6 +289,12 @@ def step_of(
         step = np.linalg.lstsq(A, rest, rcond=None)[0]
     rounding = np.abs(step) <= _ROUNDING * max(1.0, np.max(np.abs(step)))
     return size * np.where(rounding, 0.0, step)  # changes below rounding are zero, so that a body at rest stays at rest
+
+
+def _across(passage: Passage) -> np.ndarray:
+    """Return the normal of Poincare's phase condition: the start moves across the motion, in ranges of the states."""
+    size = passage.ranges
+    return np.asarray(passage.rate / size**2 / max(float(np.linalg.norm(passage.rate / size)), 1e-300))
 
 
 def null_of(system: ShootingSystem, point: Point) -> np.ndarray:

@@ -25,7 +25,7 @@ def test_pieces_cover_the_span_once_up_to_where_there_is_no_orbit(monkeypatch, r
     """Branches that end after a while, as at jumps; none begins next to the gap."""
     asked = []
 
-    def short(scene, name, span, start, most, tolerance):
+    def short(scene, name, span, start, most, tolerance, steps):
         begin = scene.values[W]
         assert span[0] <= begin <= span[1]
         if gap is not None and abs(begin - gap) < 0.05:
@@ -36,7 +36,7 @@ def test_pieces_cover_the_span_once_up_to_where_there_is_no_orbit(monkeypatch, r
         orbits = tuple(SimpleNamespace(half_range=[1 / v]) for v in values)
         return Branch(name, values, orbits, (), tuple("span" if e in (0.8, 1.2) else "jump" for e in (low, high)))
 
-    monkeypatch.setattr(frequency_response, "continue_cycle", short)
+    monkeypatch.setattr(frequency_response, "followed", short)
     found = frequency_response.frequency_response(SCENE, "W", (0.8, 1.2))
     assert np.all(np.diff(found.values) > 0)
     assert found.peak.value == found.values[0]  # where the responses are largest

@@ -13,8 +13,9 @@ from symfric.long_calls import tell, until_interrupted
 from symfric.model.outputs import HalfRange
 from symfric.model.scene import Scene
 from symfric.orbits.continuation.branch import Peak
+from symfric.orbits.continuation.walk import Steps
 from symfric.orbits.cycle import Orbit
-from symfric.orbits.frequency_response import frequency_response, highest, summits
+from symfric.orbits.frequency_response import highest, response, summits
 from symfric.search import minimum_near
 from symfric.solve.routes import simulate
 
@@ -23,6 +24,7 @@ _LEAST = 1e-3  # of the largest value: the smallest of the survey if the bounds 
 _CLOSE = 1e-4  # relative error of the optimal parameter
 _INWARD = 1e-3  # of the way to the next value of the survey: where the slope at an end of the bounds is read
 _TOLERANCE = 1e-10  # of the motions
+_ORBITS, _COARSE = 1000, Steps(0.1, 0.6)  # of a whole response, which only tells where its peaks are
 _BESIDE = (0.98, 1.02)  # neighbouring designs, as shares of the optimum
 _SETTLED, _AGREES = 1e-9, 1e-6  # part of a disturbance left after settling; relative error of the check
 _LONGEST = 2000  # most periods of the check
@@ -68,7 +70,7 @@ class Peaks:
         """Return the peak of the whole response for a value of the parameter."""
         if value not in self.whole:
             scene = self.scene.where({self.name: value})
-            branch = frequency_response(scene, self.speed, self.span, self.coordinate, tolerance=_TOLERANCE)
+            branch = response(scene, self.speed, self.span, self.coordinate, None, _ORBITS, _TOLERANCE, _COARSE)
             assert branch.peak is not None
             self.whole[value], self.known[value] = summits(branch, self._state), branch.peak
         return self.known[value]
@@ -149,7 +151,7 @@ def _best_load(peaks: Peaks, bounds: tuple[float, float]) -> Design:
         active.insert(0, f"{name} at {'its lower bound' if best == grid[0] == bounds[0] else 'an end of its bounds'}")
     shares = [s for s in _BESIDE if bounds[0] <= s * best <= bounds[1]]
     words = {s: f"{name} {'larger' if s > 1 else 'smaller'} by {100 * abs(s - 1):.0f} %" for s in shares}
-    beside = [Neighbour(words[s], peaks(s * best).half_range, 0.0) for s in shares]
+    beside = [Neighbour(words[s], peaks.followed(s * best).half_range, 0.0) for s in shares]
     curve = _curve(peaks, best)
     placed = peaks.scene.where({name: best, peaks.speed: peak.value})
     check = Comparison((_settled(placed, peaks.coordinate, peak),))

@@ -10,6 +10,7 @@ from symfric.orbits.shooting import Point, ShootingSystem, solve, step_of
 from symfric.orbits.sizes import kinds
 
 CORRECTIONS = 8  # most of one step; a step that needs more is better halved
+_SLOW = 1  # corrections that may leave more than half of the residual, as one across a corner of the map does
 REST = 1e-6  # range of a motion, relative to those of an orbit, below which it counts as at rest
 _FARTHEST = 3.0  # length of a step relative to that before it, up to which the bend of the curve is extrapolated
 _SHARE = 0.02  # least unit of a state, relative to its largest range along the branch
@@ -28,11 +29,10 @@ def units(system: ShootingSystem, point: Point, limits: np.ndarray, largest: np.
     largest : ndarray, shape (n_x,)
         Ranges of the states on the largest orbit so far.
     """
-    period = system.unpack(point.z)[1]
     own = np.maximum(point.passage.ranges, _SHARE * largest)
     for kind in kinds(len(system.flow.scene.system.q), own.size):
         own[kind] = np.maximum(own[kind], _FAINT * np.max(own[kind], initial=0.0))
-    return np.concatenate([own, [period] if system.free else [], limits[:, 1] - limits[:, 0]])
+    return np.concatenate([own, [system.period(point.z)] if system.free else [], limits[:, 1] - limits[:, 0]])
 
 
 def tangent(system: ShootingSystem, point: Point, size: np.ndarray, along: np.ndarray) -> np.ndarray:
@@ -119,11 +119,11 @@ def step_along(
         away = bend_ahead(point, way, behind, along, size)
         better = guess + away - way * float(normal @ away) / float(normal @ way)
     try:
-        new = solve(system, better, normal, CORRECTIONS, reference=guess)
+        new = solve(system, better, normal, CORRECTIONS, reference=guess, beside=point, slow=_SLOW)
     except NotFound:
         return None, False
     # rest solves the equations too; and what lies farther off than the step may be another branch
     rests = np.all(new.passage.ranges <= REST * point.passage.ranges)
     if rests or np.linalg.norm((new.z - guess) / size) > max(step, 1e-9):
         return None, False
-    return new, bool(crossed)
+    return system.across_itself(new), bool(crossed)

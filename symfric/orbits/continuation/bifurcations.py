@@ -75,11 +75,11 @@ class Condition:
         if self.kind == "half-range":
             return replace(system, test=TestFunction(lambda z, passage: 0.5 * passage.ranges[0] / self.level - 1.0))
         if self.turn:
-            return replace(system, test=TestFunction(lambda z, passage: _turn(system, z, passage, self)))
+            return replace(system, test=_turn(system, self))
         if self.event >= 0:
             return replace(system, test=_graze(system, self))
         if self.guard < 0:
-            return replace(system, test=TestFunction(lambda z, passage: SMOOTH[self.kind](passage, system.free)))
+            return replace(system, test=TestFunction(lambda z, passage: smooth_test(self.kind, passage, system.free)))
         if self.side:
             return replace(system, test=_touch(self, size))
         lift = ignoring(system.flow, self.guard, size)
@@ -95,33 +95,39 @@ def signature(passage: Passage) -> tuple[tuple[int, int, int], ...]:
     return min(turns, default=())
 
 
-def flip(passage: Passage, free: bool) -> float:
+def flip(others: np.ndarray) -> float:
     """Return the test function of a flip: zero where a nontrivial multiplier is -1."""
-    return float(np.prod(1.0 + _others(passage, free)).real)
+    return float(np.prod(1.0 + others).real)
 
 
-def fold(passage: Passage, free: bool) -> float:
+def fold(others: np.ndarray) -> float:
     """Return the test function of a fold: zero where a nontrivial multiplier is 1."""
-    return float(np.prod(1.0 - _others(passage, free)).real)
+    return float(np.prod(1.0 - others).real)
 
 
-def torus(passage: Passage, free: bool) -> float:
+def torus(others: np.ndarray) -> float:
     """Return the test function of a Neimark-Sacker point: zero where two nontrivial multipliers have the product 1."""
-    pairs = itertools.combinations(_others(passage, free), 2)
-    return float(np.prod([1.0 - a * b for a, b in pairs]).real)
+    one, other = np.triu_indices(others.size, 1)
+    return float(np.prod(1.0 - others[one] * others[other]).real)
 
 
-SMOOTH: dict[str, Callable[[Passage, bool], float]] = {"fold": fold, "flip": flip, "neimark-sacker": torus}
+# test functions of the nontrivial multipliers
+SMOOTH: dict[str, Callable[[np.ndarray], float]] = {"fold": fold, "flip": flip, "neimark-sacker": torus}
+
+
+def smooth_test(kind: str, passage: Passage, free: bool) -> float:
+    """Return the test function of a kind on an orbit."""
+    return SMOOTH[kind](other_multipliers(passage, free))
 
 
 def is_pair(passage: Passage, free: bool) -> bool:
     """Whether the two multipliers with the product nearest to 1 are complex; real ones belong to a neutral saddle."""
-    pairs = list(itertools.combinations(_others(passage, free), 2))
+    pairs = list(itertools.combinations(other_multipliers(passage, free), 2))
     nearest = min(pairs, key=lambda pair: abs(1.0 - pair[0] * pair[1]))
     return bool(abs(np.imag(nearest[0])) > 0)
 
 
-def _others(passage: Passage, free: bool) -> np.ndarray:
+def other_multipliers(passage: Passage, free: bool) -> np.ndarray:
     """Return the multipliers besides those of a shift of time and of the elongations that nothing determines."""
     multipliers, trivial = multipliers_of(passage, free)
     others = np.delete(multipliers, trivial) if trivial is not None else multipliers
@@ -190,17 +196,34 @@ def holding_at(system: ShootingSystem, z: np.ndarray, passage: Passage, contact:
     NotFound
         If there is no such end.
     """
+    time, way = _slip_end(passage, contact, which)
+    start, _, values = system.unpack(z)
+    return system.flow.guard(start, values, time, contact, way, sticks=True)
+
+
+def _turn(system: ShootingSystem, condition: Condition) -> TestFunction:
+    """Return the test function of a turn: relative reserve of static friction at the end of a slip, less `depth`."""
+    assert condition.turn is not None
+    contact, which = condition.turn
+
+    def value(z: np.ndarray, passage: Passage) -> float:
+        return holding_at(system, z, passage, contact, which).left + condition.depth
+
+    def slopes(z: np.ndarray, passage: Passage) -> np.ndarray:
+        time, way = _slip_end(passage, contact, which)
+        start, _, values = system.unpack(z)
+        by_start, by_value = system.flow.reserve_slopes(start, values, time, contact, way)
+        return np.concatenate([by_start, np.zeros(int(system.free)), by_value])
+
+    return TestFunction(value, slopes)
+
+
+def _slip_end(passage: Passage, contact: int, which: int) -> tuple[float, int]:
+    """Return the time at which a slip ends, and its direction; raise NotFound if there is no such slip."""
     ends = slip_ends(passage, contact)
     if which >= len(ends):
         raise NotFound("the contact no longer ends a slip there")
-    start, _, values = system.unpack(z)
-    return system.flow.guard(start, values, ends[which][0], contact, ends[which][1], sticks=True)
-
-
-def _turn(system: ShootingSystem, z: np.ndarray, passage: Passage, condition: Condition) -> float:
-    """Return the test function of a turn: relative reserve of static friction at the end of a slip, less `depth`."""
-    assert condition.turn is not None
-    return holding_at(system, z, passage, *condition.turn).left + condition.depth
+    return ends[which]
 
 
 def _graze(system: ShootingSystem, condition: Condition) -> TestFunction:

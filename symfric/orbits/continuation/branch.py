@@ -19,7 +19,7 @@ from symfric.model.units import attributes_of
 from symfric.orbits.continuation.bifurcations import Condition
 from symfric.orbits.continuation.branch_points import KIND, departures, doubled
 from symfric.orbits.continuation.hopf import birth
-from symfric.orbits.continuation.walk import HalfBranch, Placed, SpecialPoint, Walk
+from symfric.orbits.continuation.walk import FINE, HalfBranch, Placed, SpecialPoint, Steps, Walk
 from symfric.orbits.cycle import Orbit, found_cycle, orbit_of, read_guess, values_of
 from symfric.orbits.flow_map import flow_of
 from symfric.orbits.shooting import Point, ShootingSystem, solve
@@ -275,6 +275,20 @@ def continue_cycle(
     >>> branch.reasons
     ('the end of the span at v_b = 0.38', 'the end of the span at v_b = 0.42')
     """
+    return followed(scene, parameter, span, start, most, tolerance, FINE)
+
+
+@logged
+def followed(
+    scene: Scene,
+    parameter: Key,
+    span: tuple[float, float],
+    start: Orbit | HopfPoint | Special | tuple[Sequence[float], float] | None,
+    most: int,
+    tolerance: float,
+    steps: Steps,
+) -> Branch:
+    """Return the result of `continue_cycle`; from an orbit it is followed with given steps."""
     check_scene(scene)
     name, most = scene.parameter(parameter).name, whole(most, "most")
     low, high = (finite(v, f"an end of the span of {name}") for v in pair(span, "span"))
@@ -302,7 +316,7 @@ def continue_cycle(
         if sides and sides[0].end == "interrupted":
             sides.append(HalfBranch(end="interrupted"))
             continue
-        sides.append(Walk(scene, system, (low, high), most).go(first, way * upward))
+        sides.append(Walk(scene, system, (low, high), most, steps).go(first, way * upward))
     return _joined(scene, system, first, *sides)
 
 

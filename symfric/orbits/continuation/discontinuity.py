@@ -26,6 +26,8 @@ from symfric.orbits.shooting import Point, ShootingSystem, solve
 _BISECTIONS = 20  # halvings of the last distance
 # distances from the point, relative to the span, at which an orbit on its other side is sought
 _BEYOND = (1e-5, 1e-4, 1e-3, 1e-6)
+_STRAYS = 10.0  # trials that far from where a point may lie, relative to it, end its search
+_SLOW = 4  # steps of a search that may leave more than half of the residual
 _CLOSE = 0.3  # largest distance of a point on this step, relative to the ranges, the period and the span
 _HALT = 1e-3  # the same where a walk stopped just before the end of a branch
 _GRAZES = 0.01  # depth of a grazing event relative to the guard's size (or its square root) that counts as near zero
@@ -78,7 +80,8 @@ def discontinuity_between(
     untouched, touched = _in_order(one, other)
     contact = _contact_that_differs(untouched.passage, touched.passage)
     kind = kind_of(untouched.passage, touched.passage)
-    reach = _REACH * np.linalg.norm((other.z - one.z) / size)
+    reach = float(_REACH * np.linalg.norm((other.z - one.z) / size))
+    farthest = _STRAYS * reach * size
 
     def lies_there(change: DiscontinuityPoint | None) -> TypeGuard[DiscontinuityPoint]:
         """Whether the point lies on this step."""
@@ -88,13 +91,14 @@ def discontinuity_between(
 
     for which in _turns_that_differ(untouched.passage, touched.passage, contact):
         for near in (untouched, touched):
-            change = _turned(system, near, contact, which, kind)
+            change = _turned(system, near, contact, which, kind, farthest)
             if lies_there(change):
                 return change._replace(beyond=other)
     peaked = system.flow.peaked(contact, system.unpack(one.z)[2])
     for k in _guards(untouched, contact, system):
         again = has_others(system.flow, untouched.passage, k)
-        change = touch(system, untouched, Condition("grazing" if again else kind, k, side=int(peaked or again)))
+        condition = Condition("grazing" if again else kind, k, side=int(peaked or again))
+        change = touch(system, untouched, condition, farthest)
         if lies_there(change):
             return change._replace(beyond=other)
     first, _ = between(system, one, other, signature)
@@ -125,7 +129,7 @@ def discontinuity_ahead(
 
     ends = []
     for contact in sorted({*range(len(system.flow.lines)), *system.flow.openings}):
-        for change in _edges(system, point, contact):
+        for change in _edges(system, point, contact, _STRAYS * _HALT * size):
             if not near(change, _HALT):
                 continue
             beyond = None if change.jump else _other_side(system, point, change.point, size)
@@ -136,7 +140,7 @@ def discontinuity_ahead(
             if other is None or ends:
                 continue
             for k in _guards(other, contact, system):
-                graze = touch(system, other, Condition("grazing", k))
+                graze = touch(system, other, Condition("grazing", k), _STRAYS * _CLOSE * size)
                 if graze is None or not near(graze, _CLOSE):
                     continue
                 beyond = _other_side(system, point, graze.point, size)
@@ -145,7 +149,11 @@ def discontinuity_ahead(
                     return graze._replace(condition=Condition(kind, k), beyond=beyond)
                 if system.flow.opening_of(k) is not None:  # near it, orbits that strike may be none, or unstable
                     ends.append(graze)
-    ends += [change for change in (_landing(system, point), *_grazes(system, point)) if change and near(change, _CLOSE)]
+    ends += [
+        change
+        for change in (_landing(system, point, _STRAYS * _CLOSE * size), *_grazes(system, point))
+        if change and near(change, _CLOSE)
+    ]
     inside = [change for change in ends if span[0] <= change.value <= span[1]]
     return min(inside, key=lambda change: np.max(np.abs(change.edge - point.z) / size), default=None)
 
@@ -204,25 +212,27 @@ def _last(system: ShootingSystem, point: Point, way: np.ndarray, beyond: float) 
     return last if signature(last.passage) == mark else point
 
 
-def _edges(system: ShootingSystem, point: Point, contact: int) -> list[DiscontinuityPoint]:
+def _edges(system: ShootingSystem, point: Point, contact: int, reach: np.ndarray) -> list[DiscontinuityPoint]:
     """Return the grazing orbits near a given one, whether or not the contact has other events."""
     n = len(slip_ends(point.passage, contact))
-    edges = [_turned(system, point, contact, which, "stick-onset") for which in range(n)]
+    edges = [_turned(system, point, contact, which, "stick-onset", reach) for which in range(n)]
     if system.flow.peaked(contact, system.unpack(point.z)[2]):
         for k in _guards(point, contact, system):
             kind = "stick-onset" if is_slip_gap(k) else "grazing"
-            edges.append(touch(system, point, Condition(kind, k, side=1)))
+            edges.append(touch(system, point, Condition(kind, k, side=1), reach))
     return [change for change in edges if change]
 
 
-def _turned(system: ShootingSystem, near: Point, contact: int, which: int, kind: str) -> DiscontinuityPoint | None:
+def _turned(
+    system: ShootingSystem, near: Point, contact: int, which: int, kind: str, reach: np.ndarray
+) -> DiscontinuityPoint | None:
     """Return the nearby orbit on which the end of a slip is at the limit between a stick and a reversal."""
     values = system.unpack(near.z)[2]
     ends = [after for _, i, before, after in near.passage.events if i == contact and before]
     peaked = system.flow.peaked(contact, values)
     condition = Condition(kind, turn=(contact, which), side=(1 if ends[which] == 0 else -1) if peaked else 0)
     try:
-        turned = solve(condition.system(system, 1.0), near.z)
+        turned = solve(condition.system(system, 1.0), near.z, slow=_SLOW, reach=reach)
         holding = holding_at(system, turned.z, turned.passage, contact, which)
     except NotFound:
         return None
@@ -231,8 +241,10 @@ def _turned(system: ShootingSystem, near: Point, contact: int, which: int, kind:
     return DiscontinuityPoint(condition, system, turned, jump=peaked and holding.rate > 0)
 
 
-def touch(system: ShootingSystem, untouched: Point, condition: Condition) -> DiscontinuityPoint | None:
-    """Return the nearby orbit that touches a guard, None if it is not found.
+def touch(
+    system: ShootingSystem, untouched: Point, condition: Condition, reach: np.ndarray | None = None
+) -> DiscontinuityPoint | None:
+    """Return the nearby orbit that touches a guard, None if it is not found within a distance `reach`, (n_z,).
 
     Unless approached from one side, it is computed with that guard relaxed, so the contact must have no other events of
     this kind.
@@ -241,7 +253,7 @@ def touch(system: ShootingSystem, untouched: Point, condition: Condition) -> Dis
         return None
     try:
         size = guard_size(system, untouched.z, untouched.passage, condition.guard)
-        touching = solve(condition.system(system, size), untouched.z)
+        touching = solve(condition.system(system, size), untouched.z, slow=_SLOW, reach=reach)
     except NotFound:
         return None
     same = signature(touching.passage) == signature(untouched.passage)
@@ -250,7 +262,7 @@ def touch(system: ShootingSystem, untouched: Point, condition: Condition) -> Dis
     return DiscontinuityPoint(condition, system, touching, jump=jump) if same else None
 
 
-def _landing(system: ShootingSystem, point: Point) -> DiscontinuityPoint | None:
+def _landing(system: ShootingSystem, point: Point, reach: np.ndarray) -> DiscontinuityPoint | None:
     """Return the nearby orbit whose first event is a grazing of its guard, beyond which the event is missed."""
     if not point.passage.events:
         return None
@@ -261,7 +273,8 @@ def _landing(system: ShootingSystem, point: Point) -> DiscontinuityPoint | None:
         condition = Condition("grazing", k, landing=True)
         try:
             size = guard_size(system, point.z, point.passage, k)
-            return DiscontinuityPoint(condition, system, solve(condition.system(system, size), point.z))
+            landing = solve(condition.system(system, size), point.z, slow=_SLOW, reach=reach)
+            return DiscontinuityPoint(condition, system, landing)
         except NotFound:
             continue
     return None
@@ -292,7 +305,7 @@ def _without_sticking(system: ShootingSystem, point: Point, contact: int) -> Poi
     k = slip_gap(contact)
     lift = ignoring(system.flow, k, guard_size(system, point.z, point.passage, k))
     try:
-        return solve(replace(system, lift=lift), point.z, _parameter_alone(point))
+        return solve(replace(system, lift=lift), point.z, _parameter_alone(point), slow=_SLOW)
     except NotFound:
         return None
 

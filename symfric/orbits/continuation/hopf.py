@@ -1,5 +1,7 @@
 """Ends of a branch of limit cycles at Hopf points, and branches that start there."""
 
+from functools import cache
+
 import numpy as np
 
 from symfric.errors import NotFound, SceneError
@@ -59,17 +61,23 @@ def vanishing_point(scene: Scene, parameter: str, values: np.ndarray, sizes: np.
     squares = sizes**2
     guess = values[1] - squares[1] * (values[1] - values[0]) / (squares[1] - squares[0])
     reach = _REACH * max(abs(guess - values[1]), 1e-6 * abs(guess))
-    try:
-        return hopf(scene, parameter, (guess - reach, guess + reach)).value
-    except (NotFound, SceneError):
-        pass
+
+    @cache
+    def eigenvalues(value: float) -> np.ndarray:
+        return stability(scene.where({parameter: value})).eigenvalues
 
     def growth(value: float) -> float:
         """Return the growth rate of the vibration of steady sliding with the frequency of the cycle."""
-        eigenvalues = stability(scene.where({parameter: value})).eigenvalues
-        return float(eigenvalues[np.argmin(np.abs(eigenvalues.imag - 2 * np.pi / period))].real)
+        rates = eigenvalues(value)
+        return float(rates[np.argmin(np.abs(rates.imag - 2 * np.pi / period))].real)
 
+    ends = guess - reach, guess + reach
     try:
-        return zero(growth, guess - reach, guess + reach, xtol=1e-14)
+        if np.sum(eigenvalues(ends[0]).real > 0) != np.sum(eigenvalues(ends[1]).real > 0):  # known long before a search
+            return hopf(scene, parameter, ends).value
+    except (NotFound, SceneError):
+        pass
+    try:
+        return zero(growth, *ends, xtol=1e-14)
     except (NotFound, SceneError, ValueError):  # the last one: no change of sign
         return None

@@ -1,5 +1,6 @@
 """One walk along a branch of periodic orbits: predictor, corrector, step control, and detection of special points."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -10,7 +11,15 @@ from symfric.long_calls import tell, until_interrupted
 from symfric.model.scene import Scene
 from symfric.orbits.continuation import branch_points
 from symfric.orbits.continuation.arclength import CORRECTIONS, Behind, cosine, step_along, tangent, units
-from symfric.orbits.continuation.bifurcations import SMOOTH, Condition, between, is_pair, signature
+from symfric.orbits.continuation.bifurcations import (
+    SMOOTH,
+    Condition,
+    between,
+    is_pair,
+    other_multipliers,
+    signature,
+    smooth_test,
+)
 from symfric.orbits.continuation.discontinuity import (
     DiscontinuityPoint,
     break_ahead,
@@ -24,10 +33,8 @@ from symfric.orbits.continuation.slip_onset import SlipOnset, across_onset, pass
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 from symfric.search import zero
 
-# step lengths in units of the span, the period and the ranges of the states
-_FIRST, _LEAST, _LARGEST = 0.01, 1e-6, 0.03
+_FIRST, _LEAST = 0.01, 1e-6  # step lengths in units of the span, the period and the ranges of the states
 _APART = 1e-3  # step length down to which a turn of the parameter is told apart from a branch point or a discontinuity
-_TURN = 0.95  # least cosine of the angle between consecutive steps on one smooth piece
 # sizes relative to the largest orbit: at which a Hopf point is sought ahead, and at which the walk stops
 _SMALL, _SMALLEST = 0.2, 0.03
 _GUESSES = 3  # orbits nearest by from which one between two others is sought
@@ -36,6 +43,25 @@ _SAME = 1e-7  # difference relative to the ranges of the states up to which two 
 _ENDS = ("lost", "jump", "grazing", "flip")  # reasons for ending without a further orbit
 _BEHIND = 2  # orbits before the last one from which the next one is guessed
 _NEAR_START = 0.02  # fraction of the period: the start of an orbit is moved if an event is so close to it
+
+
+@dataclass(frozen=True)
+class Steps:
+    """How finely a branch is followed.
+
+    Attributes
+    ----------
+    largest : float
+        Largest step in units of the span, the period and the ranges of the states.
+    turn : float
+        Least cosine of the angle between consecutive steps on one smooth piece.
+    """
+
+    largest: float = 0.03
+    turn: float = 0.95
+
+
+FINE = Steps()
 
 
 class Placed(NamedTuple):
@@ -81,15 +107,18 @@ class Walk:
     span : (float, float)
     most : int
         Orbits of one walk.
+    steps : Steps, optional
     """
 
-    def __init__(self, scene: Scene, system: ShootingSystem, span: tuple[float, float], most: int):
+    def __init__(self, scene: Scene, system: ShootingSystem, span: tuple[float, float], most: int, steps: Steps = FINE):
+        self._steps = steps
         self._scene, self._system, self._limits, self._most = scene, system, np.array([span]), most
         self._largest = np.zeros(len(system.flow.states))
         self._springs = widest_ranges(system.flow)
         self._known = 0  # special points up to the last orbit
         self._behind: tuple[Behind, ...] = ()  # the last one, on a smooth piece, latest first
         self._enclosed: _Enclosed | None = None  # the last of its kind
+        self._tested: tuple[Point, dict[str, float]] | None = None  # test functions of the last orbit
 
     def go(self, start: Point, direction: np.ndarray) -> HalfBranch:
         """Walk from an orbit in a direction of the unknowns, (n_z,), to the end of the branch or of the span."""
@@ -179,7 +208,7 @@ class Walk:
                 return new, self.tangent(new, new.z - onsets[-1].point.z), min(step, _FIRST)
             ahead = self.tangent(new, way)
             passes = passes_the_start(point.passage, new.passage)
-            if cosine(ahead, way, self._units(new)) < _TURN and step > _LEAST and not passes:
+            if cosine(ahead, way, self._units(new)) < self._steps.turn and step > _LEAST and not passes:
                 step *= 0.4
                 continue
             crosses = not passes and branch_points.orientations_differ(point, way, new, ahead, size)
@@ -197,9 +226,8 @@ class Walk:
             if turns and not there:
                 half.special.append(self._met("fold", fold or point, point, new))
             self._note_smooth(half, point, new)
-            if not self._system.free:  # a guess from more than a tangent would also start at another time of an orbit
-                self._behind = (Behind(point.z, way), *behind)[:_BEHIND]
-            return new, ahead, min(1.5 * step, _LARGEST)
+            self._behind = (Behind(point.z, way), *behind)[:_BEHIND]
+            return new, ahead, min(1.5 * step, self._steps.largest)
 
     def _encloses(self, point: Point, new: Point) -> bool:
         """Whether a discontinuity enclosed by bisection lies between two orbits; only shorter steps locate it."""
@@ -265,12 +293,19 @@ class Walk:
 
     def _note_smooth(self, half: HalfBranch, one: Point, other: Point) -> None:
         """Record flips and Neimark-Sacker points between two orbits of one smooth piece."""
-        free = self._system.free
-        for kind, test in SMOOTH.items():
-            met = kind != "fold" and np.prod([test(p.passage, free) for p in (one, other)]) < 0
-            if not met or (kind == "neimark-sacker" and not is_pair(other.passage, free)):
+        free, before, after = self._system.free, self._tests_at(one), self._tests_at(other)
+        self._tested = other, after
+        for kind in after:
+            if not before[kind] * after[kind] < 0 or (kind == "neimark-sacker" and not is_pair(other.passage, free)):
                 continue
             half.special.append(self._met(kind, self._located(kind, one, other) or one, one, other))
+
+    def _tests_at(self, point: Point) -> dict[str, float]:
+        """Return the test functions of flips and Neimark-Sacker points; those of the last orbit are known."""
+        if self._tested is not None and self._tested[0] is point:
+            return self._tested[1]
+        others = other_multipliers(point.passage, self._system.free)
+        return {kind: test(others) for kind, test in SMOOTH.items() if kind != "fold"}
 
     def _fold(self, one: Point, other: Point) -> Point | None:
         """Return the point between two orbits where the parameter turns; None if it is not found.
@@ -281,9 +316,30 @@ class Walk:
         starts from the orbits nearest by, since from the chord it may go to and fro across the corner.
         """
         chord = other.z - one.z
+        try:
+            return self._zero(one, other, lambda point: float(self.tangent(point, chord)[-1]))
+        except (NotFound, ValueError):
+            return self._located("fold", one, other)
+
+    def _zero(self, one: Point, other: Point, test: Callable[[Point], float]) -> Point:
+        """Return the orbit between two at which a function of other signs on both is zero.
+
+        Raises
+        ------
+        NotFound
+            If an orbit in between is not found.
+        ValueError
+            If the signs are the same.
+        """
+        chord = other.z - one.z
         normal, points = chord / self._units(one) ** 2, {0.0: one, 1.0: other}
 
         def at(share: float) -> Point:
+            if share not in points:
+                points[share] = found(share)
+            return points[share]
+
+        def found(share: float) -> Point:
             for known in sorted(points, key=lambda k: abs(k - share))[:_GUESSES]:
                 along = self.tangent(points[known], chord)
                 guess = points[known].z + (share - known) * float(chord @ normal) / float(along @ normal) * along
@@ -293,30 +349,26 @@ class Walk:
                     continue
             return solve(self._system, one.z + share * chord, normal, CORRECTIONS)
 
-        def rate(share: float) -> float:
-            if share not in points:
-                points[share] = at(share)
-            return float(self.tangent(points[share], chord)[-1])
-
-        try:
-            share = zero(rate, 0.0, 1.0, xtol=1e-12, rtol=1e-12)
-        except (NotFound, ValueError):
-            return self._located("fold", one, other)
-        return points.get(share) or at(share)
+        return at(zero(lambda share: test(at(share)), 0.0, 1.0, xtol=1e-12, rtol=1e-12))
 
     def _located(self, kind: str, one: Point, other: Point) -> Point | None:
         """Return the point of a kind between two orbits; None if its test function keeps its sign and is not zero."""
         free, span = self._system.free, np.abs(other.z - one.z)
+        if kind != "fold":
+            try:
+                return self._zero(one, other, lambda point: smooth_test(kind, point.passage, free))
+            except (NotFound, ValueError):
+                pass
         try:
             there = solve(Condition(kind).system(self._system, 1.0), 0.5 * (one.z + other.z))
             if np.all(np.abs(there.z - 0.5 * (one.z + other.z)) <= span + 1e-6 * np.abs(one.z)):
                 return there
         except NotFound:
             pass
-        positive = [SMOOTH[kind](p.passage, free) > 0 for p in (one, other)]
+        positive = [smooth_test(kind, p.passage, free) > 0 for p in (one, other)]
         if positive[0] == positive[1]:
             return None
-        return between(self._system, one, other, lambda passage: SMOOTH[kind](passage, free) > 0)[0]
+        return between(self._system, one, other, lambda passage: smooth_test(kind, passage, free) > 0)[0]
 
     def _hopf_ahead(self, before: Point, point: Point) -> float | None:
         """Return the parameter at the Hopf point towards which the orbits shrink, or None."""
@@ -370,6 +422,7 @@ class Walk:
         passage = system.flow.run(start, values, (edges[k] + 0.5 * (edges[k + 1] - edges[k])) % period)
         carried = passage.by_start @ way[:n] + passage.by_value @ way[n + 1 :]
         moved = solve(system, np.concatenate([passage.end, point.z[n:]]), np.append(np.zeros(n + 1), 1.0))
+        self._behind = ()  # they start at other times
         return moved, self.tangent(moved, np.concatenate([carried, way[n:]]))
 
 
