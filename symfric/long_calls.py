@@ -147,7 +147,9 @@ def show_progress(on: bool) -> None:
     >>> sf.show_progress(False)
     >>> sf.show_progress(True)
     """
-    _watch.shown = bool(on)
+    if not isinstance(on, bool):
+        raise TypeError(f"on is {on!r}; give True or False")
+    _watch.shown = on
 
 
 def logged(function: Callable[P, R]) -> Callable[P, R]:
