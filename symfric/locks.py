@@ -13,7 +13,7 @@ from contextlib import AbstractContextManager
 from functools import wraps
 from typing import Any, ParamSpec, TypeVar
 
-from symfric.spelling import misfit
+from symfric.spelling import spelt
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -29,15 +29,12 @@ def alone(lock: AbstractContextManager[Any]) -> Callable[[Callable[P, R]], Calla
     """Decorate a function so that it holds a lock while it runs."""
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:
+        answered = spelt(function)
+
         @wraps(function)
         def locked(*args: P.args, **kwargs: P.kwargs) -> R:
             with lock:
-                try:
-                    return function(*args, **kwargs)
-                except TypeError as error:
-                    if better := misfit(error, function):
-                        raise better from None
-                    raise
+                return answered(*args, **kwargs)
 
         return locked
 

@@ -13,7 +13,7 @@ from types import FrameType
 from typing import ParamSpec, TypeVar
 
 from symfric.shown_progress import Surface, forget, opened
-from symfric.spelling import misfit, spelt
+from symfric.spelling import spelt
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -147,7 +147,9 @@ def show_progress(on: bool) -> None:
     >>> sf.show_progress(False)
     >>> sf.show_progress(True)
     """
-    _watch.shown = bool(on)
+    if not isinstance(on, bool):
+        raise TypeError(f"on is {on!r}; give True or False")
+    _watch.shown = on
 
 
 def logged(function: Callable[P, R]) -> Callable[P, R]:
@@ -156,6 +158,8 @@ def logged(function: Callable[P, R]) -> Callable[P, R]:
     Calls by the package itself are not shown: they are parts of a longer one.
     """
 
+    answered = spelt(function)
+
     @wraps(function)
     def timed(*args: P.args, **kwargs: P.kwargs) -> R:
         call = _CALL.get()
@@ -163,13 +167,8 @@ def logged(function: Callable[P, R]) -> Callable[P, R]:
             caller = sys._getframe(1).f_globals.get("__name__", "")
             if caller.startswith("symfric."):
                 return function(*args, **kwargs)
-            try:
-                with _shown(function.__name__):
-                    return function(*args, **kwargs)
-            except TypeError as error:
-                if better := misfit(error, function):
-                    raise better from None
-                raise
+            with _shown(function.__name__):
+                return answered(*args, **kwargs)
         levels = call.levels
         levels.append(_NOTHING)
         try:

@@ -64,22 +64,15 @@ def spelt(thing: _Thing) -> _Thing:
         try:
             return thing(*args, **kwargs)
         except TypeError as error:
-            if better := misfit(error, thing):
+            if better := _misfit(error, thing):
                 raise better from None
             raise
 
     return called  # type: ignore[return-value]
 
 
-def misfit(error: TypeError, function: Callable[..., Any]) -> TypeError | None:
-    """Return the error of a call that does not fit its function, with the cure; None for errors of another kind.
-
-    Parameters
-    ----------
-    error : TypeError
-        Caught by the caller of the function.
-    function : callable
-    """
+def _misfit(error: TypeError, function: Callable[..., Any]) -> TypeError | None:
+    """Return the error of a call that does not fit its function, with the cure; None for errors of another kind."""
     found = _MISFIT.fullmatch(str(error))
     frame = error.__traceback__
     if found is None or (frame is not None and frame.tb_next is not None):  # raised by a call within the function

@@ -19,6 +19,7 @@ K, V = sp.symbols("k v_b", positive=True)
 BELT = sf.scenes.mass_on_belt(v_b=0.2, horizon=5.0)
 SIZE = BELT.wanting({"m": sf.Max(BELT.system.q[0])})
 LAW = sf.laws.cubic(0.4, 0.25, 0.5)
+FACTORS = sf.theory.scaling.factors(4.0)
 MOTION = sf.motions.sine_burst(1.0, 1.0, cycles=4)
 PID = sf.scenes.positioning_stage(k_p=4.0, k_d=2.0, k_i=1.0, x0=0.5, horizon=200.0)
 DRIVE = sf.scenes.drive_slide(mu1=-0.5, mu2=0.1, p_star=-0.2, epsilon=1.0, sigma=0.0)
@@ -111,6 +112,26 @@ def test_every_public_function_answers_an_unknown_keyword_with_a_cure(name):
         function(zzz=1)
 
 
+def _switches():
+    """Yield every public function with each of its arguments that is True or False, and what it requires besides."""
+    for name, thing in public_names().items():
+        if not isfunction(thing):
+            continue
+        known = signature(thing).parameters
+        required = [n for n, p in known.items() if p.default is p.empty and p.kind is not p.VAR_KEYWORD]
+        for switch, parameter in known.items():
+            if parameter.annotation in (bool, "bool"):
+                yield pytest.param(thing, switch, [n for n in required if n != switch], id=f"{name}-{switch}")
+
+
+@pytest.mark.parametrize(("function", "switch", "required"), [*_switches()])
+def test_what_is_neither_true_nor_false_is_no_switch(function, switch, required):
+    """It is refused first, before the other arguments, and is never read as a yes."""
+    for wrong in ([1, 2], np.ones(2), "no", None, 1.0):
+        with pytest.raises((sf.SceneError, TypeError), match=rf"^{switch} is .*; give True or False$"):
+            function(**dict.fromkeys(required, 1.0), **{switch: wrong})
+
+
 def test_an_error_of_the_same_words_from_within_is_left_alone():
     def inner(a):
         return a
@@ -192,6 +213,20 @@ def test_a_call_that_lacks_something_names_it(call, said):
         (lambda: sf.as_function(SIZE, ["v_b"], "m"), r"outputs=\['m'\]"),
         (lambda: sf.design.damper(BELT.where({}), "beta", (0, 1), (1, 2), speed="w"), "speeds is the range of w"),
         (lambda: sf.scenes.rolling_isolator(C=1, m=1, motion=MOTION, profile="0.1"), "profile is '0.1'; give a number"),
+        (lambda: sf.theory.transient.energy_balance(None), "run is None; give a Run"),
+        (lambda: sf.theory.transient.decisions(BELT), "run is .*; give a Run"),
+        (
+            lambda: sf.theory.scaling.isolator_model(FACTORS, C=1, m=1, motion=[0.0, 1.0], profile=0.1),
+            r"motion is \[0.0, 1.0\]; give a sf.Signal or what sf.motions reads",
+        ),
+        (lambda: sf.theory.scaling.returned_ratio(1.0, "2", 3.0), "prototype is '2'; give numbers"),
+        (lambda: sf.theory.scaling.returned_ratio(1.0, K, "3"), "factor is '3'; give numbers"),
+        (lambda: sf.structures.flutter_map([1, 2], [0.1], mu=(0, 1)), r"make is \[1, 2\]; give a function"),
+        (lambda: sf.structures.flutter_map(lambda c: c, [0.1], mu=(0, 1)), r"make\(0.1\) is 0.1; give a Structure"),
+        (lambda: sf.laws.piecewise_linear(0.4, [0, 1], ["a", "b"]), r"values\[0\] is the string 'a'; give a SymPy"),
+        (lambda: sf.System(**SYSTEM, linear=[1.0]), r"linear is \[1.0\]; give a LinearPart"),
+        (lambda: sf.System(**SYSTEM, made=0.5), "made is 0.5; give a whole number"),
+        (lambda: sf.theory.waviness.slip_over_a_wave(0.4, -0.1), "hill is -0.1; it must not be negative"),
     ],
 )
 def test_values_of_the_wrong_kind_name_the_cure(call, said):

@@ -15,6 +15,7 @@ from symfric.ensemble.sampling import row_of
 from symfric.ensemble.worker import CODES, NOT_COMPUTED, REFUSED, Task, make_program
 from symfric.errors import NoRoute, SceneError
 from symfric.long_calls import logged, tell, until_interrupted
+from symfric.model.arguments import flag
 from symfric.model.excitation import periodic
 from symfric.model.outputs import Samples, Trajectory
 from symfric.model.results import ArrayResult, Drawable, Labelled
@@ -193,6 +194,7 @@ def bifurcation_diagram(
     >>> diagram.values.round(6)
     array([0.2, 0.3])
     """
+    flag(carry, "carry")
     check_scene(scene)
     name = scene.parameter(parameter).name
     row = row_of(values, name)

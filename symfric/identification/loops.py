@@ -15,6 +15,7 @@ from symfric.identification.records import Channel, numbers
 from symfric.identification.unknowns import read_bounds
 from symfric.locks import SYMBOLIC, alone
 from symfric.lower.printer import Printer, Switches
+from symfric.model.arguments import flag
 from symfric.model.laws import Law
 from symfric.model.laws.memory import SIDE, SLIP, Memory
 from symfric.model.symbols import SPEED, Key, positive
@@ -89,6 +90,7 @@ def fit_loop(
     >>> {n: round(v, 6) for n, v in fit.values.items()}
     {'mu_c': 0.3, 'sigma': 2000.0}
     """
+    flag(closed, "closed")
     if not isinstance(law, Law) or law.memory is None:
         raise SceneError("the law has no memory, so that it has no loops; use sf.fit_curve, or a law such as dahl")
     load = positive(normal, "normal")

@@ -35,6 +35,25 @@ def whole(value: Any, name: str, least: int = 1, most: int | None = None) -> int
     raise SceneError(f"{name} is {shortened(value)}; give a whole number{span}")
 
 
+def flag(value: Any, name: str) -> bool:
+    """Return an argument that is True or False.
+
+    Parameters
+    ----------
+    value : bool
+    name : str
+        Of the argument.
+
+    Raises
+    ------
+    SceneError
+        If it is anything else: a text, a list or a number is a wrong argument, and no yes.
+    """
+    if not isinstance(value, bool | np.bool_):
+        raise SceneError(f"{name} is {shortened(value)}; give True or False")
+    return bool(value)
+
+
 def is_one_of(value: Any, known: Container[Any]) -> bool:
     """Whether an argument is one of a few words or numbers; lists and arrays are none of them.
 

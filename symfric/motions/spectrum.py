@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 FINE = 20  # points per period, between which peaks are computed
 FINEST = 10  # largest ratio of the record's step to a period
+_MARGIN = 1 + 2 * math.pi / FINE  # an acceleration between samples: abs(z) grows by the step times the shaking there
 _TERMS = 14  # terms of the series of phi functions, exact to rounding for arguments up to 2 pi/FINE
 _Complex = TypeVar("_Complex", complex, np.ndarray)
 
@@ -133,9 +134,11 @@ def _peak(motion: "Motion", omega: float, damping: float) -> float:
     eigenvalue = omega * complex(-damping, math.sqrt(1 - damping**2))
     h, a = _fine(motion, 2 * math.pi / (FINE * omega))
     z = filtered(a, h, eigenvalue)
+    driven = _extreme(z, a[:-1], np.diff(a) / h, h, eigenvalue)
+    if abs(z[-1]) <= driven * eigenvalue.imag:  # abs(z) decays after the record, and abs(Im z) is no larger
+        return driven
     cycle = 2 * math.pi / (2 * FINE * omega)
     free = z[-1] * np.exp(eigenvalue * cycle * np.arange(2 * FINE + 1))
-    driven = _extreme(z, a[:-1], np.diff(a) / h, h, eigenvalue)
     return max(driven, _extreme(free, np.zeros(2 * FINE), np.zeros(2 * FINE), cycle, eigenvalue))
 
 
@@ -168,11 +171,19 @@ def filtered(a: np.ndarray, h: float, eigenvalue: complex) -> np.ndarray:
 
 
 def _extreme(z: np.ndarray, a: np.ndarray, slope: np.ndarray, h: float, eigenvalue: complex) -> float:
-    """Return the largest abs(x) over intervals of length h that start at z[k] under ``a[k] + slope[k] tau``."""
+    """Return the largest abs(x) over intervals of length h that start at z[k] under ``a[k] + slope[k] tau``.
+
+    Between two samples x exceeds the larger one by at most ``h^2/8`` times its largest acceleration, so most intervals
+    in which the velocity changes its sign cannot hold the largest value, and are let go.
+    """
     lean = eigenvalue.real / eigenvalue.imag  # the velocity is Re z + lean Im z
-    speed = z.real + lean * z.imag
-    turn = np.flatnonzero(speed[:-1] * speed[1:] < 0)
-    largest = np.max(np.abs(z.imag))
+    speed, size = z.real + lean * z.imag, np.abs(z.imag)
+    largest = float(np.max(size))
+    shaking = max(np.max(np.abs(a)), abs(a[-1] + h * slope[-1]))
+    swift = math.hypot(1.0, lean) * (abs(eigenvalue) * np.max(np.abs(z)) + _MARGIN * shaking)
+    room = h**2 / 8 * swift * eigenvalue.imag
+    high = np.maximum(size[:-1], size[1:]) >= largest - room
+    turn = np.flatnonzero(high & (speed[:-1] * speed[1:] < 0))
     if turn.size:
         z, a, slope = z[turn], a[turn], slope[turn]
         tau = h * speed[turn] / (speed[turn] - speed[turn + 1])

@@ -7,9 +7,11 @@ from typing import Any
 import numpy as np
 
 from symfric.axes import Axes
+from symfric.errors import SceneError
 from symfric.long_calls import logged, tell, until_interrupted
+from symfric.model.arguments import instance
 from symfric.model.results import ArrayResult, Drawable, Labelled
-from symfric.model.symbols import finite
+from symfric.model.symbols import finite, shortened
 from symfric.structures.flutter import Flutter, flutter
 from symfric.structures.followed_crossings import Critical
 from symfric.structures.structure import Structure
@@ -106,12 +108,14 @@ def flutter_map(
     >>> found.mu.round(4).tolist()
     [1.4643, 1.4643]
     """
+    if not callable(make):
+        raise SceneError(f"make is {shortened(make)}; give a function, make(value) -> Structure")
     numbers = np.array([finite(v, f"a value of {name}") for v in np.atleast_1d(values)])
     maps: list[Flutter] = []
     with until_interrupted("flutter_map"):
         for k, v in enumerate(numbers.tolist()):
             tell(f"{name} = {v:.5g}", k / numbers.size)
-            maps.append(flutter(make(v), mu, count, near))
+            maps.append(flutter(instance(make(v), Structure, f"make({v:g})"), mu, count, near))
     if numbers.size and not maps:
         raise KeyboardInterrupt
     first = [f.critical[0] if f.critical else Critical(np.nan, np.nan, (-1, -1)) for f in maps]

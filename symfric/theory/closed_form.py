@@ -9,6 +9,7 @@ from typing import Any, ParamSpec, TypeVar, get_args
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC
+from symfric.model.arguments import flag
 from symfric.spelling import spelt
 
 P = ParamSpec("P")
@@ -39,12 +40,11 @@ def closed_form(evaluate: Callable[..., Any]) -> Callable[[Callable[P, R]], Call
 
         @wraps(function)
         def evaluated(*args: P.args, **kwargs: P.kwargs) -> R:
-            if not isinstance(kwargs.get("symbolic", False), bool):
-                raise SceneError(f"symbolic is {' '.join(repr(kwargs['symbolic']).split())}; give True or False")
+            symbolic = flag(kwargs.get("symbolic", False), "symbolic")
             with SYMBOLIC:
                 formula = formula_of(*args, **kwargs)
                 others = {name: value for name, value in kwargs.items() if name != "symbolic"}
-                return formula if kwargs.get("symbolic") else evaluate(formula, *args, **others)
+                return formula if symbolic else evaluate(formula, *args, **others)
 
         evaluated.__doc__ = _completed(function)
         return evaluated

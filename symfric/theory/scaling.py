@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -10,12 +11,13 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
-from symfric.model.arguments import instance, is_one_of
+from symfric.model.arguments import flag, instance, is_one_of
 from symfric.model.laws import Law
 from symfric.model.public_names import names_of
 from symfric.model.results import Result
 from symfric.model.scene import Scene
-from symfric.model.symbols import SPEED, finite, pair, positive, shortened
+from symfric.model.scenes.isolator import as_signal
+from symfric.model.symbols import SPEED, finite, numbers_of, pair, positive, shortened
 from symfric.model.system import Signal
 from symfric.spelling import spelt
 
@@ -181,7 +183,7 @@ def factors(
     >>> round(sf.theory.scaling.factors(L=10.0).acceleration, 6)
     10.0
     """
-    if symbolic:
+    if flag(symbolic, "symbolic"):
         return FACTORS
     if L is None:
         raise SceneError("no L; give the length of the prototype over that of the model")
@@ -337,7 +339,7 @@ def isolator_model(
             raise SceneError("the law has memory, whose displacements are not scaled here; scale its parameters")
         breaks, steep = (tuple(f.velocity * e for e in speeds) for speeds in (law.breaks, law.steep))
         law = replace(law, kinetic=law.kinetic.subs(SPEED, SPEED / f.velocity), breaks=breaks, steep=steep)
-    record = motion if isinstance(motion, Signal) else Signal(motion.samples, motion.dt)
+    record = as_signal(motion)
     return scenes.rolling_isolator(
         C=C * f.damper(alpha),
         m=m * f.mass,
@@ -387,11 +389,12 @@ def returned_ratio(model: Any, prototype: Any, factor: Any) -> Any:
     >>> round(sf.theory.scaling.returned_ratio(0.02, 0.25, 0.1), 6)
     0.8
     """
-    if any(isinstance(e, sp.Expr) for e in (model, prototype, factor)):
-        return model / (factor * prototype)
+    given = {"model": model, "prototype": prototype, "factor": factor}
+    exact = (sp.Expr, Real) if any(isinstance(v, sp.Expr) for v in given.values()) else ()
+    numbers = {name: v if isinstance(v, exact) else numbers_of(v, name) for name, v in given.items()}
     with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.asarray(model, dtype=float) / (factor * np.asarray(prototype, dtype=float))
-    return ratio if ratio.ndim else float(ratio)
+        ratio = numbers["model"] / (numbers["factor"] * numbers["prototype"])
+    return float(ratio) if isinstance(ratio, np.floating) else ratio
 
 
 if not TYPE_CHECKING:

@@ -19,11 +19,11 @@ import sympy as sp
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
-from symfric.model.arguments import instance, whole
+from symfric.model.arguments import flag, instance, whole
 from symfric.model.laws import Law
 from symfric.model.public_names import names_of
 from symfric.model.scene import Scene
-from symfric.model.symbols import finite, shortened
+from symfric.model.symbols import positive, shortened
 from symfric.search import zero
 from symfric.spelling import spelt
 from symfric.theory.belt.scene import cubic_parameters
@@ -148,7 +148,7 @@ def sinusoidal_onset_speed(scene: Scene | None = None, *, symbolic: bool = False
     s = SYMBOLS
     square = _onset_square(s.beta, s.gamma2, s.mu_s, s.mu_m, s.v_m)
     formula = sp.sqrt((square + sp.sqrt(square**2 - 2 * (s.F / s.k) ** 2)) / 2)
-    if symbolic:
+    if flag(symbolic, "symbolic"):
         return formula
     given = _numbers(scene)
     square = _onset_square(*(given[name] for name in _CUBIC))
@@ -230,7 +230,7 @@ def slip_over_a_wave(v_b: float, hill: float, number: int = _NODES) -> np.ndarra
     """
     from scipy.special import ellipkm1
 
-    v_b, hill = finite(v_b, "v_b"), finite(hill, "hill")
+    v_b, hill = positive(v_b, "v_b"), positive(hill, "hill", zero=True)
     phase = (np.arange(whole(number, "number")) + 0.5) * 2 * np.pi / number
     if hill == 0:
         return np.full(number, float(v_b))

@@ -1,5 +1,6 @@
 """Closed forms of sliding in the plane: against mpmath, quadrature of the friction itself, and integrated motions."""
 
+import itertools
 import math
 from functools import partial
 
@@ -103,6 +104,14 @@ def test_coulomb_law_along_is_the_averaged_one_and_its_power_closed():
     for a in (0.0, 0.3, 0.999, 2.0):
         quadrature = plane.longitudinal_vibration_power(a, q, sf.laws.coulomb(1.0))
         assert plane.longitudinal_vibration_power(a, q) == pytest.approx(quadrature, rel=1e-12, abs=1e-15)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_drag_along_is_that_of_the_averaged_law(name):
+    """A quadrature over the phase, and the law that is averaged as an expression: also where the slip just stops."""
+    law, _ = LAWS[name]
+    for v, q in itertools.product((0.01, 0.2, 0.5, 3.0), (1e-3, 0.199999, 0.2, 0.3, 2.5)):
+        assert plane.longitudinal_vibration_drag(v, q, law) == pytest.approx(float(law.averaged(q)(v)), abs=1e-12)
 
 
 def test_lowered_law_is_the_same_to_rounding_with_its_derivative():

@@ -14,6 +14,7 @@ from symfric.design.result import Curve, Design
 from symfric.design.verification import Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.long_calls import logged, tell
+from symfric.model.arguments import flag
 from symfric.model.excitation import excitation_of, is_excited
 from symfric.model.results import Result
 from symfric.model.scene import Scene, check_scene
@@ -179,6 +180,7 @@ def damper(
     The normal load of a joint that keeps a resonance smallest is found likewise; ``examples/blade_friction_damper.py``
     does so.
     """
+    flag(sticking, "sticking")
     check_scene(scene)
     name = scene.parameter(parameter).name
     low, high = _pair(bounds, "bounds", f"bounds of {name}")

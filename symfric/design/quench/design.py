@@ -20,7 +20,7 @@ from symfric.design.result import Curve, Design
 from symfric.design.verification import BEST_FOUND, Interrupted, Neighbour, design
 from symfric.errors import NotFound, SceneError
 from symfric.long_calls import logged, tell, until_interrupted
-from symfric.model.arguments import is_one_of
+from symfric.model.arguments import flag, is_one_of
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite, nearest, pair, positive, shortened
 
@@ -114,6 +114,7 @@ def quench(
     >>> {name: round(value, 4) for name, value in found.values.items()}
     {'k': 1.05, 'Omega': 50.0}
     """
+    flag(follow, "follow")
     belt = read_belt(scene)
     problem = _problem(belt, speeds, Omega, a, minimise, margin, limits, _ratios(follow, k))
     still = _unshaken(problem.speeds)
@@ -129,8 +130,6 @@ def quench(
 
 def _ratios(follow: bool, k: tuple[float, float] | None) -> tuple[float, float] | None:
     """Return the bounds of k, None if the excitation does not follow the belt speed."""
-    if not isinstance(follow, bool):
-        raise SceneError(f"follow is {shortened(follow)}; give True or False")
     if k is not None and not follow:
         raise SceneError("k = a*Omega/v_b is given; it belongs to follow=True")
     if not follow:

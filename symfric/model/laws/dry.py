@@ -293,6 +293,9 @@ def piecewise_linear(
     (0.032, (2,))
     """
     speeds, values = listed(speeds, "speeds"), listed(values, "values")
+    for name, given in (("speeds", speeds), ("values", values)):
+        for i, entry in enumerate(given):
+            expression(entry, f"{name}[{i}]")
     if len(speeds) != len(values):
         raise SceneError(f"{len(speeds)} speeds and {len(values)} values; give one value for each speed")
     if not speeds or not sp.sympify(speeds[0]).is_zero:

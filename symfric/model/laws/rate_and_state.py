@@ -5,7 +5,7 @@ from typing import Literal
 import sympy as sp
 
 from symfric.errors import SceneError
-from symfric.model.arguments import is_one_of
+from symfric.model.arguments import flag, is_one_of
 from symfric.model.laws.arguments import Parameter, parameters_of, ready_law
 from symfric.model.laws.law import Law
 from symfric.model.laws.memory import SIDE, SLIP, Memory, state_symbols
@@ -71,6 +71,7 @@ def rate_and_state(
     >>> round(law(1e-6), 12), round(law(1e-5), 12)
     (0.6, 0.588487074535)
     """
+    flag(smooth, "smooth")
     mu0, a, b, D_c, V0 = parameters_of("rate_and_state", {"mu0": mu0, "a": a, "b": b, "D_c": D_c, "V0": V0})
     if not is_one_of(law, ("aging", "slip")):
         raise SceneError(f"law of rate_and_state is {shortened(law)}; there are aging, slip")

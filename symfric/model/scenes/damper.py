@@ -7,6 +7,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import laws
+from symfric.model.arguments import flag
 from symfric.model.outputs import Integral, StopTime, Trajectory, friction_force, slip
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite
@@ -68,9 +69,8 @@ def contact_damper(
     >>> round(sf.simulate(rod)["stop_time"], 6)
     1.050002
     """
+    flag(literal, "literal")
     _check({"f_n": f_n, "m": m, "v_c": v_c}, {"mu_m": mu_m, "zeta": zeta, "r": r, "g": g}, {"x0": x0, "v0": v0})
-    if not isinstance(literal, bool):
-        raise SceneError(f"literal is {literal!r}; give True or False")
     f_, mu_, zeta_, r_, m_, x0_, v0_, g_, v_c_ = sp.symbols("f_n mu_m zeta r m x0 v0 g v_c", real=True)
     omega = 2 * sp.pi * f_
     damping, load = 2 * zeta_ * omega * m_ * _U, r_ * m_ * g_

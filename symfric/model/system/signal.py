@@ -6,7 +6,8 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.symbols import finite, numbers_of, shortened
+from symfric.model.arguments import flag
+from symfric.model.symbols import finite, numbers_of
 from symfric.spelling import spelt
 
 
@@ -55,8 +56,7 @@ class Signal:
             raise SceneError(f"sample {int(np.flatnonzero(~np.isfinite(samples))[0])} of a signal is not finite")
         samples.setflags(write=False)
         object.__setattr__(self, "samples", samples)
-        if not isinstance(self.hold, bool):
-            raise SceneError(f"hold is {shortened(self.hold)}; give True or False")
+        flag(self.hold, "hold")
         object.__setattr__(self, "dt", finite(self.dt, "the sampling interval dt"))
         object.__setattr__(self, "t0", finite(self.t0, "the start t0 of a signal"))
         if self.dt <= 0:

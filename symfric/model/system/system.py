@@ -10,6 +10,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.arguments import instance, whole
 from symfric.model.jumps import refuse_jumps
 from symfric.model.linear_part import LinearPart, slopes_of
 from symfric.model.steps import with_steps
@@ -74,6 +75,9 @@ class System:
                     raise SceneError(f"{s!r} in {name} is not a symbol; states are SymPy symbols")
                 refuse_speed(s, name)
             object.__setattr__(self, name, states)
+        if self.linear is not None:
+            instance(self.linear, LinearPart, "linear")
+        whole(self.made, "made", least=0, most=len(self.z))
         n = len(self.q)
         if not n:
             raise SceneError("a system needs at least one coordinate in q")

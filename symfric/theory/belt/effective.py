@@ -6,6 +6,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.arguments import flag
 from symfric.model.laws import Law, cubic
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
@@ -71,7 +72,7 @@ def effective_friction(scene: Scene | None = None, *, symbolic: bool = False) ->
     >>> round(sf.theory.belt.effective_friction(shaken)(0.1), 6)
     0.066017
     """
-    if symbolic:
+    if flag(symbolic, "symbolic"):
         return cubic(mu_s, mu_m, v_m).averaged(Q)
     given = shaken(scene)
     return cubic(given.mu_s, given.mu_m, given.v_m).averaged(abs(given.a * given.Omega))

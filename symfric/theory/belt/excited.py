@@ -7,6 +7,7 @@ import sympy as sp
 
 from symfric.errors import NotFound
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.arguments import flag
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite
 from symfric.search import zero
@@ -56,7 +57,7 @@ def excited_growth(scene: Scene | None = None, amplitude: Any = None, *, symboli
     >>> round(sf.theory.belt.excited_growth(shaken, 0.1), 6)
     -0.071432
     """
-    if symbolic:
+    if flag(symbolic, "symbolic"):
         ratio = sp.Min(1, sp.Max(-1, (v_b - AMPLITUDE * sp.cos(_PHASE)) / Q))
         braking = sp.Integral(sp.acos(ratio) * sp.cos(_PHASE), (_PHASE, 0, sp.pi))
         return _outside(AMPLITUDE) - 2 * gamma2 * mu_s / sp.pi**2 * braking
@@ -104,7 +105,7 @@ def excited_amplitude(scene: Scene | None = None, *, symbolic: bool = False) -> 
     0.124
     """
     outside = 2 * sp.sqrt(V_B1**2 - v_b**2 - Q**2 / 2)
-    if symbolic:
+    if flag(symbolic, "symbolic"):
         return outside
     given = shaken(scene)
     q = given.a * given.Omega

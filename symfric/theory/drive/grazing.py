@@ -208,7 +208,7 @@ def two_slides_thresholds(
     if not is_one_of(parameter, given):
         raise SceneError(f"no parameter {shortened(parameter)} to vary; there are {', '.join(given)}")
     if given[parameter] is not None:
-        raise SceneError(f"{parameter} is varied and given as {given[parameter]:g}; leave it out")
+        raise SceneError(f"{parameter} is varied and given as {shortened(given[parameter])}; leave it out")
     fc1, orbit, thresholds = _kinetic(fc1), None, []
     for value in items(values, "values"):
         pair = Pair(*ratios(**{**given, parameter: value}, damping=damping))

@@ -7,7 +7,7 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.arguments import is_one_of
+from symfric.model.arguments import flag, is_one_of
 from symfric.model.results import Result
 from symfric.model.scenes.slides import READINGS
 from symfric.model.symbols import positive, shortened
@@ -80,7 +80,7 @@ def damping_matrix(*, symmetric: bool = True) -> sp.Matrix:
     [2*mu + 2*s1,             -2*mu],
     [      -2*mu, (2*d2 + 2*mu*r)/r]])
     """
-    second = 1 / r if symmetric else sp.Integer(1)
+    second = 1 / r if flag(symmetric, "symmetric") else sp.Integer(1)
     return sp.Matrix([[FIRST, -2 * mu], [-2 * r * mu * second, SECOND * second]])
 
 

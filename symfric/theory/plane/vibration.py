@@ -13,7 +13,7 @@ import numpy as np
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.laws import Law, coulomb
+from symfric.model.laws import Law
 from symfric.model.numeric import gauss_legendre
 from symfric.model.symbols import numbers_of, shortened
 from symfric.spelling import spelt
@@ -100,7 +100,8 @@ def longitudinal_vibration_drag(speed: Values, intensity: Values, law: Law | Non
 
     Notes
     -----
-    ``law.averaged(q)(v)``, Thomsen (41), (47): of Coulomb friction ``(2/pi) asin(v/q)`` for v < q, and 1 from there on.
+    ``<mu(v + q cos theta)>``, which ``law.averaged(q)`` has as an expression, Thomsen (41), (47): of Coulomb friction
+    ``(2/pi) asin(v/q)`` for v < q, and 1 from there on.
 
     Examples
     --------
@@ -108,8 +109,11 @@ def longitudinal_vibration_drag(speed: Values, intensity: Values, law: Law | Non
     >>> f"{sf.theory.plane.longitudinal_vibration_drag(1.0, 2.0):.12f}"
     '0.333333333333'
     """
-    taken = coulomb(1) if law is None else law
-    return _each(speed, intensity, lambda v, q: float(taken.averaged(q)(v)), taken)
+    if law is not None:
+        return _each(speed, intensity, lambda v, q: mean_along(law, v, q, law) if v else 0.0, law)
+    v, q = _given(speed, intensity)
+    ratio = np.divide(v, q, out=np.ones(v.shape), where=q > v)
+    return _plain(np.where(q > v, 2 / np.pi * np.arcsin(ratio), np.sign(v)))
 
 
 @spelt
@@ -268,7 +272,8 @@ def mean_along(law: Law, v: float, q: float, of: _Weight) -> float:
     marks = sorted({0.0, math.pi, *(math.acos((w - v) / q) for w in levels if abs(w - v) < q)})
     parts = [low + (high - low) * _GRADED for low, high in itertools.pairwise(marks)]
     theta, weights = _panels(parts)
-    return float(np.sum(weights * of(v + q * np.cos(theta))) / np.pi)
+    w = (v - q) + 2 * q * np.cos(theta / 2) ** 2  # its sign is right, too, where it nearly vanishes
+    return float(np.sum(weights * of(w)) / np.pi)
 
 
 def _panels(parts: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ import sympy as sp
 
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
+from symfric.model.arguments import flag
 from symfric.model.numeric import gauss_legendre
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite, numbers_of, positive
@@ -90,7 +91,8 @@ def mean_friction(a: Any = None, *, literal: bool = False, symbolic: bool = Fals
     >>> round(sf.theory.transient.mean_friction(0.5), 6)
     0.679633
     """
-    if symbolic:
+    flag(literal, "literal")
+    if flag(symbolic, "symbolic"):
         return _mean_friction(DAMPER.A * DAMPER.omega_n / DAMPER.v_c, literal)
     a = numbers_of(a, "a")
     if literal:
@@ -183,7 +185,7 @@ def averaged_decay_time(
     >>> round(sf.theory.transient.averaged_decay_time(10.0, 0.1, zeta=0.005), 6)
     1.059833
     """
-    if symbolic:
+    if flag(symbolic, "symbolic"):
         d = DAMPER
         return sp.Integral(-1 / amplitude_rate(), (d.A, 0, sp.sqrt(d.x0**2 + (d.v0 / d.omega_n) ** 2)))
     given: dict[str, Any] = {"mu_m": mu_m, "zeta": zeta, "r": r, "x0": x0, "v0": v0, "g": g, "v_c": v_c}

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -11,10 +11,21 @@ from symfric.model import scenes
 from symfric.model.numeric import numeric
 from symfric.model.results import Result
 from symfric.model.scene import Scene, check_scene
-from symfric.model.symbols import TIME
+from symfric.model.symbols import TIME, shortened
 from symfric.spelling import spelt
 
 ENERGIES = ("E_viscous", "E_contact")  # outputs of the ready scene used in the balance
+
+
+@runtime_checkable
+class Run(Protocol):
+    """What is used here of a run, the class of which a layer above defines."""
+
+    scene: Scene
+    base: Any
+    final: Any
+    outputs: Any
+    events: Any
 
 
 @dataclass(frozen=True)
@@ -108,6 +119,12 @@ class Decisions(Result):
         return f"Decisions({self.t.size} times at rest, closest {self.closest:+.3g}, last {self.last:+.3g})"
 
 
+def _checked(run: object) -> Run:
+    if not isinstance(run, Run):
+        raise SceneError(f"run is {shortened(run)}; give a Run, the result of sf.simulate")
+    return run
+
+
 @spelt
 def damper_numbers(scene: Scene) -> tuple[dict[str, float], bool]:
     """Return the numbers of a contact damper, its start as x0 and v0, and whether its law is the literal one.
@@ -179,6 +196,7 @@ def energy_balance(run: Any) -> EnergyBalance:
     >>> round(sf.theory.transient.energy_balance(sf.simulate(rod)).ratio, 6)
     0.29075
     """
+    run = _checked(run)
     missing = next((name for name in ENERGIES if name not in run.base.outputs), None)
     if missing:
         raise SceneError(f"the balance needs the output {missing}; keep those of sf.scenes.contact_damper")
@@ -218,7 +236,7 @@ def decisions(run: Any) -> Decisions:
     >>> sf.theory.transient.decisions(sf.simulate(rod))
     Decisions(22 times at rest, closest -0.606, last -0.606)
     """
-    scene = run.scene.written_out()
+    scene = _checked(run).scene.written_out()
     system = scene.system
     if len(system.states) != 2 or len(scene.contacts) != 1 or scene.inputs:
         raise SceneError("decisions are those of one mass with one contact and no sampled input")

@@ -10,6 +10,7 @@ import sympy as sp
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
+from symfric.model.arguments import flag
 from symfric.model.scene import Scene
 from symfric.model.symbols import finite
 
@@ -87,7 +88,9 @@ def half_cycles(delta: Any = None, delta_s: Any = None, x0: Any = 1, *, symbolic
     >>> sf.theory.transient.half_cycles(0.1, x0=1.0)
     5
     """
-    return _count(SYMBOLS) if symbolic else _half_cycles(_exact(_given(delta, delta_s, x0)))
+    if flag(symbolic, "symbolic"):
+        return _count(SYMBOLS)
+    return _half_cycles(_exact(_given(delta, delta_s, x0)))
 
 
 @alone(SYMBOLIC)
@@ -122,7 +125,7 @@ def stop_position(
     >>> round(sf.theory.transient.stop_position(0.03), 6)
     0.02
     """
-    if symbolic:
+    if flag(symbolic, "symbolic"):
         return _rest(SYMBOLS, _count(SYMBOLS))
     given = _given(delta, delta_s, x0)
     exact = _exact(given)
@@ -156,7 +159,7 @@ def stop_time(
     >>> round(sf.theory.transient.stop_time(0.1, omega_n=2.0), 6)
     7.853982
     """
-    if symbolic:
+    if flag(symbolic, "symbolic"):
         return _count(SYMBOLS) * sp.pi / SYMBOLS.omega_n
     exact = _exact(_given(delta, delta_s, x0, omega_n))
     return float(_half_cycles(exact) * sp.pi / exact.omega_n)
