@@ -19,7 +19,7 @@ from symfric.codegen.instructions import ENTIRE, Node, read
 from symfric.solve.loop.stepping.operation_bounds import Range, judged, operation, within
 
 _PASSING = {ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_SQ, ca.OP_DIV, ca.OP_IF_ELSE_ZERO, ca.OP_NEG, ca.OP_TWICE}
-_PASSING |= {ca.OP_ASSIGN, ca.OP_LIFT, ca.OP_SQRT}
+_PASSING |= {ca.OP_ASSIGN, ca.OP_LIFT, ca.OP_SQRT, ca.OP_INV}
 _SUMS = (ca.OP_ADD, ca.OP_SUB)
 
 
@@ -136,6 +136,8 @@ def _magnitudes(nodes: list[Node], needed: list[int], ranges: dict[int, Range]) 
         elif op == ca.OP_DIV:
             below = ranges[a[1]].smallest
             cancelled[i] = (passed(0, 1) + passed(1, ranges[a[0]].largest / below)) / below
+        elif op == ca.OP_INV:
+            cancelled[i] = passed(0, 1 / ranges[a[0]].smallest ** 2)
         elif op == ca.OP_SQRT:
             root = ranges[i].smallest
             cancelled[i] = passed(0, ca.if_else(root > 0, 0.5 / root, 0))

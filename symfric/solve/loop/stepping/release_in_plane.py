@@ -309,7 +309,7 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
 
 @compiled
 def passes_rest(w: LoopArrays, n_x: int) -> bool:
-    """Mark contacts in the plane as at rest whose slip passes zero within the rounding of time; return if there are any.
+    """Let contacts in the plane whose slip is zero up to the rounding of time be at rest; return whether there are any.
 
     A slip that turns round on a line may be stepped over zero by that much; no step leads on from there.
     """
