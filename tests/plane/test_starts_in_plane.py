@@ -89,3 +89,33 @@ def test_errors_after_starts_follow_the_tolerance():
         assert [e.t for e in runs[True][-1].events] == pytest.approx([e.t for e in runs[False][-1].events], abs=1e-10)
         radii = [np.hypot(*runs[f][-1].final[:2]) for f in frames]
         assert radii[0] == pytest.approx(radii[1], abs=1e-10)
+
+
+@pytest.mark.parametrize("share", [1.2, 1.5])
+def test_a_slip_that_turns_round_on_a_line_goes_on(share):
+    """Hundreds of times it falls to zero without a stop; one that is stepped over by the rounding of time is passed."""
+    x, y, u, w = sp.symbols("x y u w", real=True)
+    v, fast, law = sp.Symbol("v_b", positive=True), 200, sf.laws.cubic(0.4, 0.25, 0.5)
+    belt = v + share * v * sp.cos(fast * sf.TIME)
+    values, ends = {v: 0.3}, {"end": sf.End()}
+    flat = sf.Scene(
+        sf.System([x, y], [u, w], sp.eye(2), [-x - 0.1 * u, 0]),
+        [sf.Contact("belt", (u - belt, w), 1, law)],
+        values,
+        {x: 0.3, y: 0, u: 0, w: 0},
+        6.0,
+        ends,
+    )
+    line = sf.Scene(
+        sf.System([x], [u], [[1]], [-x - 0.1 * u]),
+        [sf.Contact("belt", u - belt, 1, law)],
+        values,
+        {x: 0.3, u: 0},
+        6.0,
+        ends,
+    )
+    flat, line = (sf.prepare(scene, tolerance=1e-9) for scene in (flat, line))
+    for speed in np.linspace(0.05, 0.4, 12):
+        one, two = (program.run({"v_b": speed}).checked().final for program in (flat, line))
+        assert one[[0, 2]] == pytest.approx(two, abs=1e-7)
+        assert one[[1, 3]] == pytest.approx([0, 0], abs=1e-12)

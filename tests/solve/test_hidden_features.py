@@ -260,6 +260,29 @@ def test_what_is_unseen_is_no_less_than_what_a_tame_function_leaves(name):
     assert hides > 0 or name == "square"
 
 
+CANCELLING = {
+    "itself": lambda d: d, "square": lambda d: d * d, "root": lambda d: ca.sqrt(d * d + 1e-20), "product": lambda d: 3 * d * (d + 2),
+    "quotient": lambda d: d / (1 + d), "inverse": lambda d: 1 / d, "direction": lambda d: d / ca.sqrt(d * d + 1e-20),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("distance", [1e-3, -1e-8])
+@pytest.mark.parametrize("name", CANCELLING)
+def test_the_rounding_of_a_difference_reaches_what_is_made_of_it(name, distance):
+    """What cancels in ``d = y - 1`` is passed on by slopes, neither lost in a root nor multiplied with itself."""
+    d = ca.SX.sym("d")
+    function = CANCELLING[name](d)
+    y, t, p, m = ca.SX.sym("y"), ca.SX.sym("t"), ca.SX(0, 1), ca.SX(0, 1)
+    field = ca.Function("field", [y, t, p, m], [ca.substitute(function, d, y - 1), ca.SX(0, 1), ca.SX(0, 1)])
+    nodes, outputs = read(field)
+    box, _, terms = unseen(nodes, [outputs[0][0]], 1, 18, lambda i: ca.SX(nodes[i].number))
+    found = float(ca.Function("terms", [box], [terms])([1 + distance, 0.0, 0.0, 0.0]))
+    value, slope = (float(e) for e in ca.Function("f", [d], [function, ca.gradient(function, d)])(distance))
+    right = abs(value) + abs(slope) * (2 + distance - abs(distance))
+    # every use of d counts by itself, and every sum of these again
+    assert right * (1 - 1e-6) <= found <= 4 * right + (4 / abs(distance) if name == "direction" else 0)
+
+
 def bound_of_unseen(expression, at, radius, mode):
     """Return what an expression of y, t and a mode of one number may hide while both stay within a radius."""
     y, t, p, m = ca.SX.sym("y"), ca.SX.sym("t"), ca.SX(0, 1), ca.SX.sym("m")

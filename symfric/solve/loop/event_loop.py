@@ -34,7 +34,7 @@ from symfric.solve.loop.recording.last_flights import count_flights, vary_end
 from symfric.solve.loop.recording.trajectory import store_event, store_step
 from symfric.solve.loop.run_rules import begin_counting, begin_values, budget, pause
 from symfric.solve.loop.stepping.calls import expand, prelude
-from symfric.solve.loop.stepping.release_in_plane import comes_to_rest, leave_rest
+from symfric.solve.loop.stepping.release_in_plane import comes_to_rest, leave_rest, passes_rest
 from symfric.solve.loop.stepping.singular_start import arrives, start_singular, within_rounding
 from symfric.solve.loop.stepping.step_acceptance import proven, reach, try_end
 from symfric.solve.loop.stepping.step_size import step_rule, step_size, truncated_size, weighted_rule, weighted_size
@@ -146,7 +146,7 @@ def drive(w: LoopArrays) -> int:
         elif not last and h <= 2.0 * EPS * abs(w.y[n_x]):
             collapsed = True
         if collapsed:
-            if not arrives(w, n_x, n_c):
+            if not arrives(w, n_x, n_c) and not (w.limits.planes and passes_rest(w, n_x)):
                 return _collapse(w, n_x)
             continue
         if tau > 0.0:

@@ -137,14 +137,15 @@ def _find_zeros_in_plane(w: LoopArrays) -> None:
     """Do the same for contacts in the plane.
 
     The series of a speed that has fallen to zero may be off by the error of a step where the slip vector only passes
-    near zero.
+    near zero. Speeds of feet of one body fall to zero together, and at the last of them the others are as small: a step
+    of the same error does not tell the order of their stops.
     """
     for k in range(w.planes.rests.size):
         i = w.planes.row[k]
         j = i + 1
         size = max(w.gauge[TERMS, i], w.gauge[TERMS, j], EARLIER * w.span[TERMS, i], EARLIER * w.span[TERMS, j])
         share = ROUNDING
-        if w.guards.hit[backward(i)]:
+        if w.guards.hit[backward(i)] or _arrives_beside(w, i):
             share = max(share, min(NEAR, w.clock.tolerance))
         rests = w.planes.arrived[k] or (w.selection.old[i] == 0 and not w.counts.jumped)
         if rests or np.hypot(w.gauge[SLIP, i], w.gauge[SLIP, j]) <= share * size:
@@ -155,6 +156,19 @@ def _find_zeros_in_plane(w: LoopArrays) -> None:
             w.m[i], w.m[j] = 0.0, 0.0
         elif w.m[i] <= 0.5:
             w.m[i], w.m[j] = FOLLOWS, FOLLOWS
+
+
+@compiled
+def _arrives_beside(w: LoopArrays, i: int) -> bool:
+    """Whether the slip of another contact in the plane, of the same bodies as contact i, has just fallen to zero."""
+    found = False
+    if w.limits.coupled and w.openings.variable.size == 0:
+        for k in range(w.planes.rests.size):
+            n = w.planes.row[k]
+            if n != i and w.selection.old[n] != 0 and w.guards.hit[backward(n)]:
+                found = found or w.gauge[COUPLING + i, n] != 0.0 or w.gauge[COUPLING + i, n + 1] != 0.0
+                found = found or w.gauge[COUPLING + i + 1, n] != 0.0 or w.gauge[COUPLING + i + 1, n + 1] != 0.0
+    return found
 
 
 @compiled

@@ -19,7 +19,8 @@ from symfric.codegen.instructions import ENTIRE, Node, read
 from symfric.solve.loop.stepping.operation_bounds import Range, judged, operation, within
 
 _PASSING = {ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_SQ, ca.OP_DIV, ca.OP_IF_ELSE_ZERO, ca.OP_NEG, ca.OP_TWICE}
-_PASSING |= {ca.OP_ASSIGN, ca.OP_LIFT}
+_PASSING |= {ca.OP_ASSIGN, ca.OP_LIFT, ca.OP_SQRT, ca.OP_INV}
+_SUMS = (ca.OP_ADD, ca.OP_SUB)
 
 
 def degrees(nodes: list[Node]) -> list[int]:
@@ -113,21 +114,38 @@ def unseen(
 
 
 def _magnitudes(nodes: list[Node], needed: list[int], ranges: dict[int, Range]) -> dict[int, ca.SX]:
+    """Return of every node the scale of its rounding: its largest magnitude, and what cancelled in it.
+
+    What cancelled in the arguments reaches a product, quotient or root by its slopes.
+    """
+    cancelled: dict[int, ca.SX] = {}  # not there: nothing
     sizes: dict[int, ca.SX] = {}
     for i in needed:
-        op, a = nodes[i].op, nodes[i].args
-        if not nodes[i].moves or op not in _PASSING:
-            sizes[i] = ranges[i].largest
-        elif op in (ca.OP_ADD, ca.OP_SUB):
-            sizes[i] = sizes[a[0]] + sizes[a[1]]
-        elif op in (ca.OP_MUL, ca.OP_SQ):
-            sizes[i] = sizes[a[0]] * sizes[a[-1]]
+        op, a, largest = nodes[i].op, nodes[i].args, ranges[i].largest
+        lost = [cancelled.get(k) for k in a]
+        if not nodes[i].moves or op not in _PASSING or (op not in _SUMS and not any(e is not None for e in lost)):
+            sizes[i] = largest
+            continue
+        passed = lambda k, slope: ca.SX(0) if lost[k] is None else lost[k] * slope  # noqa: B023, E731
+        if op in _SUMS:
+            cancelled[i] = sizes[a[0]] + sizes[a[1]] - largest
+        elif op == ca.OP_MUL:
+            cancelled[i] = passed(0, ranges[a[1]].largest) + passed(1, ranges[a[0]].largest)
+        elif op == ca.OP_SQ:
+            cancelled[i] = passed(0, 2 * ranges[a[0]].largest)
         elif op == ca.OP_DIV:
-            sizes[i] = sizes[a[0]] / ranges[a[1]].smallest
+            below = ranges[a[1]].smallest
+            cancelled[i] = (passed(0, 1) + passed(1, ranges[a[0]].largest / below)) / below
+        elif op == ca.OP_INV:
+            cancelled[i] = passed(0, 1 / ranges[a[0]].smallest ** 2)
+        elif op == ca.OP_SQRT:
+            root = ranges[i].smallest
+            cancelled[i] = passed(0, ca.if_else(root > 0, 0.5 / root, 0))
         elif op == ca.OP_IF_ELSE_ZERO:
-            sizes[i] = ca.if_else(ranges[a[0]].middle, sizes[a[1]], 0)
+            cancelled[i] = ca.if_else(ranges[a[0]].middle, passed(1, 1), 0)
         else:
-            sizes[i] = 2 * sizes[a[0]] if op == ca.OP_TWICE else sizes[a[0]]
+            cancelled[i] = passed(0, 2 if op == ca.OP_TWICE else 1)
+        sizes[i] = largest + cancelled[i]
     return sizes
 
 

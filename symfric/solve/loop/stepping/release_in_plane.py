@@ -27,7 +27,7 @@ from symfric.solve.loop.arithmetic import value
 from symfric.solve.loop.codes import PULL, SELECT, TERMS
 from symfric.solve.loop.events.first_event import first_event
 from symfric.solve.loop.modes.layout import backward, forward
-from symfric.solve.loop.modes.tolerances import natural_time
+from symfric.solve.loop.modes.tolerances import instant, natural_time
 from symfric.solve.loop.precision import EPS, ROUNDING, TINY
 from symfric.solve.loop.stepping.calls import expand, prelude
 from symfric.solve.loop.stepping.common_start import depend_on_each_other, turn_feet
@@ -305,3 +305,22 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
             w.guards.hit[backward(i)], w.planes.arrived[k] = 1, 1
     w.counts.phase = SELECT
     return True
+
+
+@compiled
+def passes_rest(w: LoopArrays, n_x: int) -> bool:
+    """Let contacts in the plane whose slip is zero up to the rounding of time be at rest; return whether there are any.
+
+    A slip that turns round on a line may be stepped over zero by that much; no step leads on from there.
+    """
+    found = False
+    for g in range(w.guards.hit.size):
+        w.guards.hit[g] = 0
+    for k in range(w.planes.row.size):
+        i = w.planes.row[k]
+        row = n_x + backward(i)
+        if w.m[i] == 0.0 and w.c[row, 0] <= abs(w.c[row, 1]) * instant(w):
+            w.guards.hit[backward(i)], w.guards.fresh[backward(i)], w.planes.arrived[k], found = 1, 0, 1, True
+    if found:
+        w.counts.phase = SELECT
+    return found
