@@ -67,8 +67,8 @@ ADVICE = {
     "sf.Held(..., waiting=...); or a period is not positive, a delay or an offset is negative, or the times of a reset "
     "do not increase from 0 on",
     Status.PAINLEVE: "the forces of contacts that open have no solution or several here (the paradox of Painleve): "
-    "friction lets a normal force press its own contact; lower the friction, change the geometry, or put a stiffness in "
-    "place of the rigid contact",
+    "friction lets a normal force press its own contact; lower the friction, change the geometry, or put a stiffness "
+    "in place of the rigid contact",
     Status.MANY_CONTACTS: "so many contacts that open touch at once that their combinations cannot all be tried, and "
     "the method that goes from one of them to the next has found none that is right, which does not prove that there "
     "is none; lower the friction, leave out contacts that other ones make superfluous, take a given normal load where "

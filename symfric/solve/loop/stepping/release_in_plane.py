@@ -42,6 +42,7 @@ _SHORTENED, _LESS, _TRIALS = 12, 0.7, 40
 # start with derivatives, as part of the scale of time of the series: times the fourth root of the tolerance; where the
 # slip begins with an acceleration, its first direction is forgotten slowly
 _SHORTER, _SHORTEST = 1.0, 1e-9
+_SAMPLES, _FALLEN = 16, 0.5  # places of a start where its slip is looked at; part of its largest to which it may fall
 _CLEAR = EPS**0.5  # slip at the end of such a start, as part of the terms whose rounding turns its direction
 
 
@@ -97,6 +98,11 @@ def _checked(w: LoopArrays, n_x: int, time: float) -> float:
             break
         longest *= _LESS
     for _ in range(_TRIALS):
+        holds = _lasting(w, n_x, time)
+        if holds == time:
+            break
+        time = holds
+    for _ in range(_TRIALS):
         holds = proven(w, n_x, time)
         if holds == time:
             break
@@ -105,19 +111,42 @@ def _checked(w: LoopArrays, n_x: int, time: float) -> float:
 
 
 @compiled
+def _lasting(w: LoopArrays, n_x: int, time: float) -> float:
+    """Return how much of a start its slips keep to their directions: behind their zero friction would push them on."""
+    for k in range(w.planes.row.size):
+        i, largest = w.planes.row[k], 0.0
+        if w.m[i] != STARTS:
+            continue
+        for n in range(1, _SAMPLES + 1):
+            t = time * n / _SAMPLES
+            e, f, a, b = _slip_after(w, n_x, i, t)
+            slip = e * a + f * b
+            if slip <= _FALLEN * largest:
+                return time * max(n - 1.0, 0.5) / _SAMPLES
+            largest = max(largest, slip)
+    return time
+
+
+@compiled
+def _slip_after(w: LoopArrays, n_x: int, i: int, t: float) -> tuple[float, float, float, float]:
+    """Return the direction and the slip of a contact that starts, after a time t."""
+    order, v, e, f = w.c.shape[1] - 1, w.planes.variable[i], 0.0, 0.0
+    for j in range(TURNS, -1, -1):
+        e, f = e * t + w.m[v + 2 * j], f * t + w.m[v + 2 * j + 1]
+    return e, f, value(w.c[n_x + backward(i)], order, t), value(w.c[n_x + backward(i + 1)], order, t)
+
+
+@compiled
 def _bend(w: LoopArrays, n_x: int, t: float) -> float:
     """Return the largest velocity of a slip across its direction after a time t, relative to what is accepted."""
-    order, size, largest = w.c.shape[1] - 1, 0.0, 0.0
+    size, largest = 0.0, 0.0
     for r in range(w.limits.n_q, 2 * w.limits.n_q):
         size = max(size, w.scale[r])
     for k in range(w.planes.row.size):
         i = w.planes.row[k]
         if w.m[i] != STARTS:
             continue
-        v, e, f = w.planes.variable[i], 0.0, 0.0
-        for j in range(TURNS, -1, -1):
-            e, f = e * t + w.m[v + 2 * j], f * t + w.m[v + 2 * j + 1]
-        a, b = value(w.c[n_x + backward(i)], order, t), value(w.c[n_x + backward(i + 1)], order, t)
+        e, f, a, b = _slip_after(w, n_x, i, t)
         rounding = ROUNDING * t * max(w.gauge[PULL, i], w.gauge[PULL, i + 1])
         largest = max(largest, abs(a * f - b * e) / (w.clock.tolerance * max(size, np.hypot(a, b)) + rounding + TINY))
     return largest

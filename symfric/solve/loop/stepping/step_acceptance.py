@@ -10,6 +10,7 @@ import numpy as np
 from symfric.codegen.numba_types import call_code, compiled
 from symfric.solve.loop.arithmetic import box_of_step, defect_of_rate, defect_of_value, size_of_row, slope, value
 from symfric.solve.loop.codes import REACH
+from symfric.solve.loop.modes.tolerances import instant
 from symfric.solve.loop.precision import EPS
 from symfric.solve.loop.statements import NOTHING, SLACK
 from symfric.solve.loop.stepping.calls import bound_terms, bound_unseen, probe_trial
@@ -136,7 +137,7 @@ def _obeys(w: LoopArrays, n_x: int, t: float, tau: float) -> bool:
         truth = w.probe[r, 0]
         error = abs(value(w.c[r], w.c.shape[1] - 1, t) - truth)
         allowed = defect_of_value(size_of_row(w.scale[r], w.c[r, 0], w.c[r, 1], tau), truth, tolerance)
-        if error > allowed and error > allowed + _rounding(w, r):
+        if error > allowed and error > allowed + _rounding(w, r) + abs(w.c[r, 1]) * instant(w):
             return not abs(truth) < np.inf
     return True
 
