@@ -18,8 +18,9 @@ from symfric.model.symbols import Key, finite, pair
 from symfric.model.units import attributes_of
 from symfric.orbits.continuation.bifurcations import Condition
 from symfric.orbits.continuation.branch_points import KIND, departures, doubled
+from symfric.orbits.continuation.closed_branch import Placed
 from symfric.orbits.continuation.hopf import birth
-from symfric.orbits.continuation.walk import FINE, HalfBranch, Placed, SpecialPoint, Steps, Walk
+from symfric.orbits.continuation.walk import FINE, HalfBranch, SpecialPoint, Steps, Walk
 from symfric.orbits.cycle import Orbit, found_cycle, orbit_of, read_guess, values_of
 from symfric.orbits.flow_map import flow_of
 from symfric.orbits.shooting import Point, ShootingSystem, solve

@@ -20,6 +20,7 @@ from symfric.orbits.continuation.bifurcations import (
     signature,
     smooth_test,
 )
+from symfric.orbits.continuation.closed_branch import Placed, marks_of, passed_again
 from symfric.orbits.continuation.discontinuity import (
     DiscontinuityPoint,
     break_ahead,
@@ -38,8 +39,6 @@ _APART = 1e-3  # step length down to which a turn of the parameter is told apart
 # sizes relative to the largest orbit: at which a Hopf point is sought ahead, and at which the walk stops
 _SMALL, _SMALLEST = 0.2, 0.03
 _GUESSES = 3  # orbits nearest by from which one between two others is sought
-_RECENT = 3  # number of last orbits not compared with the new one when detecting a closed branch
-_SAME = 1e-7  # difference relative to the ranges of the states up to which two orbits count as one
 _ENDS = ("lost", "jump", "grazing", "flip")  # reasons for ending without a further orbit
 _BEHIND = 2  # orbits before the last one from which the next one is guessed
 _NEAR_START = 0.02  # fraction of the period: the start of an orbit is moved if an event is so close to it
@@ -62,13 +61,6 @@ class Steps:
 
 
 FINE = Steps()
-
-
-class Placed(NamedTuple):
-    """An orbit with its equations; beyond a jump it may take another number of excitation periods."""
-
-    system: ShootingSystem
-    point: Point
 
 
 class SpecialPoint(NamedTuple):
@@ -133,15 +125,15 @@ class Walk:
     def _walk(self, half: HalfBranch, start: Point, direction: np.ndarray) -> None:
         point, step, hopf, self._behind, self._enclosed = start, _FIRST, None, (), None
         way, trail = self.tangent(point, direction), [Placed(self._system, start)]
-        marks = [_marks(trail[0])]
+        marks = [marks_of(trail[0])]
         while len(half.orbits) < self._most and not half.end:
             self._largest = np.maximum(self._largest, point.passage.ranges)
             before, self._known = point, len(half.special)
             point, way, step = self._advance(half, point, way, step)
             if half.end in _ENDS:
                 break
-            mark = _marks(Placed(self._system, point))
-            again = self._passed_again(trail, np.array([*marks, mark]), point)
+            mark = marks_of(Placed(self._system, point))
+            again = passed_again(trail, np.array([*marks, mark]), Placed(self._system, point))
             if again is not None:
                 half.end = "closed" if again == 0 else "folded-back"
                 del half.special[self._known :]
@@ -379,36 +371,6 @@ class Walk:
         values, period = np.array([before.z[-1], point.z[-1]]), self._system.unpack(point.z)[1]
         return vanishing_point(self._scene, name, values, sizes, period)
 
-    def _passed_again(self, trail: list[Placed], every: np.ndarray, new: Point) -> int | None:
-        """Return the index of the orbit that a closed branch has passed again, None if it has not.
-
-        A closed branch passes its start first. The marks of the orbits and, last, of the new one are the rows `every`.
-        """
-        size = np.ptp(every, axis=0)
-        moves = size > _SAME * np.max(np.abs(every), axis=0)  # what stays the same along the branch differs by rounding
-        every = np.where(moves, every / np.where(moves, size, 1.0), 0.0)
-        marks, mark = every[:-1], every[-1]
-        ways = np.diff(marks[: max(len(trail) - _RECENT, 0) + 1], axis=0)
-        from_start = mark - marks[: len(ways)]
-        lengths = np.linalg.norm(ways, axis=1)
-        shares = np.sum(from_start * ways, axis=1) / np.maximum(lengths**2, 1e-300)
-        off = np.linalg.norm(from_start - shares[:, None] * ways, axis=1)
-        near = np.flatnonzero((shares >= 0) & (shares < 1) & (off < 0.1 * lengths))
-        return next((int(k) for k in near if self._is_same(trail[k + (shares[k] > 0.5)], new)), None)
-
-    def _is_same(self, old: Placed, new: Point) -> bool:
-        """Whether the orbit near an old one, at the parameter of a new one, equals the new one."""
-        alone = np.append(np.zeros(new.z.size - 1), 1.0)
-        try:
-            there = solve(old.system, np.append(old.point.z[:-1], new.z[-1]), alone, most=8)
-        except NotFound:
-            return False
-        if signature(there.passage) != signature(old.point.passage):  # of another arm at a discontinuity
-            return False
-        apart = np.abs(_marks(Placed(old.system, there)) - _marks(Placed(self._system, new)))
-        size = np.tile(np.maximum(new.passage.ranges, there.passage.ranges), 2)
-        return bool(np.all(apart[: size.size] <= _SAME * size))
-
     def _moved(self, point: Point, way: np.ndarray) -> tuple[Point, np.ndarray]:
         """Move the start of an orbit that is close to an event to the middle of the longest stretch without events."""
         system, n = self._system, len(self._system.flow.states)
@@ -434,10 +396,3 @@ def _hides_a_turn(change: DiscontinuityPoint, one: Point, way: np.ndarray, other
 
 def _signs(one: Point, other: Point) -> tuple[object, object]:
     return signature(one.passage), signature(other.passage)
-
-
-def _marks(orbit: Placed) -> np.ndarray:
-    """Return numbers that identify an orbit: extremes, parameter, and the period or, if forced, the start."""
-    passage, z = orbit.point.passage, orbit.point.z
-    n = passage.low.size
-    return np.concatenate([passage.low, passage.high, z[n:] if orbit.system.free else z])
