@@ -86,7 +86,7 @@ def test_beyond_the_flip_the_ball_bounces_twice_in_two_periods():
     branch = sf.continue_cycle(scene, "a", (0.9 * flip, 1.02 * flip))
     (point,) = branch.special
     doubled = sf.continue_cycle(scene, "a", (0.9 * flip, 1.02 * flip), start=point)
-    orbit = doubled.orbits[-1] if doubled.values[-1] > flip else doubled.orbits[0]
+    orbit = doubled.orbits[int(np.argmax(doubled.values))]
     assert orbit.stable
     assert orbit.period == pytest.approx(4 * math.pi / 30.0)
     flights = np.diff([*(event.t for event in orbit.events), orbit.events[0].t + orbit.period])
