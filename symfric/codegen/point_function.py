@@ -8,7 +8,7 @@ import numpy as np
 from symfric.codegen.functions import compile_functions
 
 _WORTH = 100  # instructions from which on compiling is worth it
-_LONGEST = 40_000  # instructions beyond which it takes longer than it saves
+_LONGEST = 40_000  # instructions beyond which compiling takes more than some six seconds
 
 
 class PointFunction:
@@ -38,9 +38,10 @@ class PointFunction:
         """Return the values at points whose coordinates are arrays of equal shape."""
         shape = places[0].shape
         rows = [np.ascontiguousarray(place, dtype=float).ravel() for place in places]
-        if self._code is None and rows[0].size:
-            return np.array(self._function(*(row[None] for row in rows))).reshape(shape)
-        values = np.empty(rows[0].size)  # or no points at all
+        values = np.empty(rows[0].size)
+        if self._code is None:
+            values[:] = np.array(self._function(*(row[None] for row in rows))).ravel()
+            return values.reshape(shape)
         starts, size = [row.ctypes.data for row in rows] + [values.ctypes.data], values.itemsize
         for k in range(values.size):
             self._call(*(start + k * size for start in starts))

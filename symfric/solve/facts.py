@@ -93,27 +93,25 @@ def redundant(scene: Scene) -> tuple[str, ...]:
             return ()
         slopes = entries.tolist()
     rows, dependent, rank = np.array(slopes, dtype=float), [], 0
-    surfaces = _surfaces(scene, [w for c in dict.fromkeys(sticking) for w in c.slips])
+    slips = [w for c in dict.fromkeys(sticking) for w in c.slips]
     for k, contact in enumerate(sticking):
         now = int(np.linalg.matrix_rank(rows[: k + 1]))
-        if now == rank and _same(surfaces, k, np.linalg.lstsq(rows[:k].T, rows[k], rcond=None)[0]):
+        if now == rank and _move_as_one(scene, slips[: k + 1], np.linalg.lstsq(rows[:k].T, rows[k], rcond=None)[0]):
             dependent.append(contact.name)
         rank = now
     return tuple(dict.fromkeys(dependent))
 
 
-def _surfaces(scene: Scene, slips: list[sp.Expr]) -> list[sp.Expr]:
-    """Return what is left of slips without velocities: the speeds of surfaces."""
+def _move_as_one(scene: Scene, slips: list[sp.Expr], shares: np.ndarray) -> bool:
+    """Whether the surface of the last contact moves as a combination of the others, term by term.
+
+    The speeds of surfaces are what is left of slips without velocities.
+    """
     part = scene.system.linear
     rows = () if part is None else [s for s, row in part.rows.items() if row.of == "u"]
-    still, numbers = dict.fromkeys((*scene.system.u, *rows), sp.S.Zero), scene.parameter_values()
-    return [w.xreplace(still).xreplace(numbers) for w in slips]
-
-
-def _same(surfaces: list[sp.Expr], k: int, shares: np.ndarray) -> bool:
-    """Whether a surface moves as a combination of earlier ones, term by term."""
-    rest = surfaces[k] - sp.Add(*(float(c) * w for c, w in zip(shares, surfaces, strict=False)))
-    terms = sp.expand(rest).as_coefficients_dict()
+    still = dict.fromkeys((*scene.system.u, *rows), sp.S.Zero)
+    rest = slips[-1] - sp.Add(*(float(c) * w for c, w in zip(shares, slips, strict=False)))
+    terms = sp.expand(rest.xreplace(still).xreplace(scene.parameter_values())).as_coefficients_dict()
     return all(abs(float(factor)) < _LITTLE for factor in terms.values())
 
 

@@ -1,5 +1,8 @@
 """How special points are sought: slopes of test functions, searches that are given up early, what follows a jump."""
 
+from contextlib import contextmanager
+from unittest import mock
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -67,18 +70,18 @@ def test_slopes_of_what_static_friction_can_bear_where_slips_end(made):
     assert checked > 1
 
 
+@contextmanager
+def counted(kind, name):
+    """Count the calls of a method."""
+    with mock.patch.object(kind, name, autospec=True, side_effect=getattr(kind, name)) as calls:
+        yield calls
+
+
 @pytest.fixture(scope="module")
 def followed():
     """The branch of two masses on a belt, and its number of runs."""
-    runs, follow = [0], DirectedRuns.follow
-
-    def counted(*arguments):
-        runs[0] += 1
-        return follow(*arguments)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(DirectedRuns, "follow", counted)
-        return sf.continue_cycle(larger.chain(2), "v_b", (0.05, 0.4)), runs[0]
+    with counted(DirectedRuns, "follow") as runs:
+        return sf.continue_cycle(larger.chain(2), "v_b", (0.05, 0.4)), runs.call_count
 
 
 def test_a_branch_takes_few_runs_for_each_orbit_and_special_point(followed):
@@ -118,16 +121,8 @@ def test_a_search_that_leads_nowhere_ends_early(limits):
 
     def trials(**limits):
         """The number of runs until the search fails."""
-        count, at = [0], ShootingSystem.at
-
-        def counted(*arguments):
-            count[0] += 1
-            return at(*arguments)
-
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(ShootingSystem, "at", counted)
-            with pytest.raises(NotFound):
-                solve(system, nowhere, alone, **limits)
-        return count[0]
+        with counted(ShootingSystem, "at") as runs, pytest.raises(NotFound):
+            solve(system, nowhere, alone, **limits)
+        return runs.call_count
 
     assert trials(**limits) < 0.5 * trials()
