@@ -432,7 +432,7 @@ def test_an_interrupted_comparison_holds_the_laws_and_settings_tried(monkeypatch
     y = sf.simulate(scene)(t)[0] + 0.01 * np.random.default_rng(0).standard_normal(t.size)
     laws, ask = {"one": scene, "two": scene, "three": scene}, ({"x": (t, y)}, {"delta": (0.001, 0.05)})
 
-    def after(module, name, count):
+    def after(patch, module, name, count):
         """Interrupt the call of a function after so many."""
         own, calls = getattr(module, name), []
 
@@ -442,10 +442,10 @@ def test_an_interrupted_comparison_holds_the_laws_and_settings_tried(monkeypatch
                 raise KeyboardInterrupt
             return own(*args, **kwargs)
 
-        monkeypatch.setattr(module, name, interrupted)
+        patch.setattr(module, name, interrupted)
 
-    with monkeypatch.context() as monkeypatch:
-        after(comparison, "identify", 1)
+    with monkeypatch.context() as patch:
+        after(patch, comparison, "identify", 1)
         with sf.keep_when_interrupted():
             table = sf.compare_laws(laws, *ask, starts=2)
         assert [s.name for s in table] == ["one"]
@@ -454,7 +454,7 @@ def test_an_interrupted_comparison_holds_the_laws_and_settings_tried(monkeypatch
             sf.compare_laws(laws, *ask, starts=2)
     fit = sf.identify(scene, *ask, starts=2)
     whole = sf.test_design(fit, {"x0": [0.5, 1.0, 2.0]})
-    after(experiments, "_information", 2)
+    after(monkeypatch, experiments, "_information", 2)
     with sf.keep_when_interrupted():
         part = sf.test_design(fit, {"x0": [0.5, 1.0, 2.0]})
     assert part.candidates == whole.candidates[:2]
