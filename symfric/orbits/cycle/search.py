@@ -17,6 +17,8 @@ from symfric.orbits.shooting import Point, ShootingSystem, solve
 
 _VANISHED = 1e-6  # range relative to that of the guess below which Newton's method has found an equilibrium
 _SAME = 1e-8  # least difference relative to the ranges of the states up to which motions count as one
+_ACCURATE = 100.0  # the same in gaps to which an orbit is closed
+_FINE = 1e-9  # tolerance of the motion at which orbits of a whole and of a part of a period are told apart
 _PATIENCE = (1, 4, 16, 64)  # horizons of the scene for settling, tried in turn; near a fold settling is slow
 
 
@@ -142,16 +144,33 @@ def _near(scene: Scene, flow: FlowMap, values: dict[str, float], guess: Guess) -
 
 
 def _shortest(system: ShootingSystem, point: Point, turns: int) -> tuple[ShootingSystem, Point]:
-    """Return the orbit with its least period; states as near as the tolerance of the motion are one."""
+    """Return the orbit with its least period."""
     start, period, values = system.unpack(point.z)
-    same = max(_SAME, system.flow.tolerance)
     for parts in (k for k in range(turns, 1, -1) if turns % k == 0):
-        part = system.flow.run(start, values, period / parts)
-        if np.all(np.abs(part.end - start) <= same * point.passage.ranges):
+        if _repeats(system, point, parts):
             least = replace(system, multiple=system.multiple // parts)
             z = least.pack(start, period / parts, values)
             return least, solve(least, z, _held(least, z))
     return system, point
+
+
+def _repeats(system: ShootingSystem, point: Point, parts: int) -> bool:
+    """Whether an orbit comes back after a part of its period, up to the accuracy to which it is known.
+
+    Its start is known less well than the motion, the less the closer a multiplier is to 1: where a coarse motion comes
+    nearly back, the orbit is computed anew on a finer one.
+    """
+    start, period, values = system.unpack(point.z)
+    flow = system.flow
+    ranges = np.maximum(point.passage.ranges, 1e-300)
+    away = float(np.max(np.abs(flow.run(start, values, period / parts).end - start) / ranges))
+    if away > np.sqrt(flow.tolerance) or flow.tolerance <= _FINE:
+        return away <= max(_SAME, _ACCURATE * flow.closed)
+    finer = replace(system, flow=flow_of(flow.scene, flow.parameters, _FINE))
+    try:
+        return _repeats(finer, solve(finer, point.z, _held(finer, point.z)), parts)
+    except NotFound:
+        return False
 
 
 def _held(system: ShootingSystem, z: np.ndarray) -> np.ndarray | None:
