@@ -21,11 +21,18 @@ _SHRINKING = 0.98  # ratio of the ranges in the last and third quarter below whi
 # range of a wait relative to that of the motion around it; ratio of the ranges in the last and third quarter of a run
 # above which a motion goes on
 _WAITING, _GOES_ON = 1e-2, 0.1
+# size of the last motion relative to that of the first quarter of a run above which it has no bound; from rounding to
+# a cycle it grows by less
+_HUGE = 1e30
 _SETTLE = 60  # least settling time of a forced motion, in periods of the excitation
 
 
 class Fades(NotFound):
     """The motion settles to rest or to steady sliding, or shrinks towards them."""
+
+
+class Grows(NotFound):
+    """The motion grows beyond any bound."""
 
 
 class Guess(NamedTuple):
@@ -66,6 +73,8 @@ def settled(scene: Scene, flow: FlowMap, forcing: float | None, patience: int) -
     ------
     Fades
         If the motion settles to rest or to steady sliding.
+    Grows
+        If it grows beyond any bound.
     NotFound
         If it ends early, or hardly turns.
     """
@@ -90,9 +99,12 @@ def guess_of(run: Run, forcing: float | None) -> Guess:
     ------
     Fades
         If the run settles to rest or to steady sliding.
+    Grows
+        If it grows beyond any bound.
     NotFound
         If it hardly oscillates.
     """
+    _look_at_growth(run)
     if forcing is None:
         return _of_free(run)
     last = int(np.floor(run.t_final / forcing + 1e-9))
@@ -106,6 +118,15 @@ def guess_of(run: Run, forcing: float | None) -> Guess:
         )
     turns = nearest_return(returns, np.maximum(np.ptp(late, axis=1), 1e-300))
     return Guess(returns[:, -1], 0.0, turns, turns)
+
+
+def _look_at_growth(run: Run) -> None:
+    """Raise if the motion grows beyond any bound: near the largest numbers it would seem to repeat itself."""
+    first, late = run.t <= 0.25 * run.t_final, run.t > 0.75 * run.t_final
+    if np.any(first) and np.any(late):
+        before, after = (np.max(np.abs(run.x[:, part]), axis=1) for part in (first, late))
+        if np.any((after / _HUGE > before) & (before > 0)):
+            raise Grows("the motion grows beyond any bound; start it elsewhere, or give a guess")
 
 
 def _waits(run: Run, late: np.ndarray) -> bool:

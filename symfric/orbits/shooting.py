@@ -293,8 +293,8 @@ def step_of(
 
 def _across(passage: Passage) -> np.ndarray:
     """Return the normal of Poincare's phase condition: the start moves across the motion, in ranges of the states."""
-    size = passage.ranges
-    return np.asarray(passage.rate / size**2 / max(float(np.linalg.norm(passage.rate / size)), 1e-300))
+    rate = passage.rate / passage.ranges
+    return np.asarray(rate / max(float(np.linalg.norm(rate)), 1e-300) / passage.ranges)
 
 
 def null_of(system: ShootingSystem, point: Point) -> np.ndarray:

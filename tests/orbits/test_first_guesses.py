@@ -7,6 +7,7 @@ import sympy as sp
 import symfric as sf
 from symfric.orbits.guess import guess_of
 from symfric_evidence.bench.stick_slip_branch import BranchProblem
+from tests.orbits.test_sampled_multipliers import drawn
 
 X, U, Y, V = sp.symbols("X U Y V", real=True)
 MOST = 16  # turns up to which a cycle is sought
@@ -69,3 +70,19 @@ def test_a_cycle_has_its_least_period_at_every_tolerance(load, tolerance):
     cycle, close = sf.limit_cycle(scene, tolerance=tolerance), sf.limit_cycle(scene, tolerance=1e-12)
     assert len(close.events) == 4
     assert cycle.period == pytest.approx(close.period, rel=10 * tolerance)
+
+
+@pytest.mark.parametrize("friction", [0.0, 0.2])
+def test_a_motion_that_grows_beyond_bounds_is_no_cycle(friction):
+    rail = [sf.Contact("rail", U, 1, sf.laws.coulomb(friction))] if friction else []
+    scene = sf.Scene(sf.System([X], [U], [[1]], [-X + U / 10]), rail, {}, {X: 20.0, U: 0.0}, 300.0)
+    with pytest.raises(sf.NotFound, match="grows beyond any bound"):
+        sf.limit_cycle(scene)
+
+
+@pytest.mark.parametrize("seed", [5, 66])
+def test_the_unstable_cycle_under_a_controller_is_not_taken_for_rest_at_the_largest_numbers(seed):
+    """The sampled loop is unstable: near the largest number friction seemed to hold the mass."""
+    orbit = sf.limit_cycle(drawn(seed))
+    assert not orbit.stable
+    assert np.max(np.abs(orbit.start)) < 100

@@ -12,7 +12,7 @@ from symfric.model.scene import Scene, check_scene
 from symfric.orbits.cycle.orbit import Orbit
 from symfric.orbits.cycle.properties import orbit_of
 from symfric.orbits.flow_map import FlowMap, flow_of
-from symfric.orbits.guess import Fades, Guess, settled
+from symfric.orbits.guess import Fades, Grows, Guess, settled
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 
 _VANISHED = 1e-6  # range relative to that of the guess below which Newton's method has found an equilibrium
@@ -84,6 +84,9 @@ def found_cycle(
             orbit = _near(scene, flow, values, attained)
         except Fades:
             raise
+        except Grows as failure:
+            reason = str(failure)
+            break
         except NotFound as failure:
             reason = str(failure)
             continue
