@@ -57,14 +57,14 @@ def chosen(c: Touching, z, share=1.0, guess=None):
     target = share * c.e * np.maximum(-z[f:], 0.0)
     scale = np.max(np.abs(z)) + 1e-300
     if guess is not None:
-        one = _one(c, z, target, scale, guess)
+        one = of_combination(c, z, target, scale, guess)
         if one is not None and one[0] > CLEAR * scale:
             return guess, one[1]
     kinds = [(APART, STICK, FORWARD, BACKWARD) if k in c.lines else (APART, STICK) for k in range(n)]
     found = [
         (*one, choice)
         for choice in itertools.product(*kinds)
-        if (one := _one(c, z, target, scale, choice)) is not None and one[0] >= -TIE * scale
+        if (one := of_combination(c, z, target, scale, choice)) is not None and one[0] >= -TIE * scale
     ]
     if not found:
         raise NoSolution(f"rates {z}, W {c.W}")
@@ -79,7 +79,7 @@ def chosen(c: Touching, z, share=1.0, guess=None):
     return best[3], best[1]
 
 
-def _one(c: Touching, z, target, scale, choice):
+def of_combination(c: Touching, z, target, scale, choice):
     """Return margin, impulses and rates after them, of one combination; None if it has no impulses."""
     n, f = len(c.e), len(c.lines)
     A, b = np.eye(f + n), np.zeros(f + n)

@@ -5,7 +5,16 @@ import pytest
 import sympy as sp
 
 import symfric as sf
-from tests.impacts.impact_laws import NotUnique, Touching, several
+from tests.impacts.impact_laws import (
+    APART,
+    BACKWARD,
+    FORWARD,
+    STICK,
+    NotUnique,
+    Touching,
+    of_combination,
+    several,
+)
 
 MASSES = np.array([1.0, 1.0, 0.3])  # of the displacements and of the turn
 x, y, turn = sp.symbols("x y turn", real=True)
@@ -78,3 +87,43 @@ def test_contacts_that_rest_and_slide_in_one_impact(resting):
         unlike += any(e is None or np.max(np.abs(e - ends[0])) > 1e-6 for e in ends[1:])
     assert judged > 5
     assert unlike or resting == 0
+
+
+@pytest.mark.one_in(4)
+@pytest.mark.parametrize("seed", [6, 19, *range(6)])
+def test_of_many_contacts_those_that_could_stick_do(seed):
+    """Eight contacts, too many for all combinations; strong coupling, with which the laws leave several answers."""
+    n, rng = 8, np.random.default_rng([seed, 8])
+    A = rng.normal(size=(2 * n, 2 * n))
+    M = np.eye(2 * n) + 30 * (A @ A.T) / (2 * n)
+    z = np.append(rng.uniform(-1, 1, n), rng.uniform(-1, 1, n))
+    z[n:] = -rng.uniform(0.1, 1, n)
+    rests = rng.random(n) < 0.6
+    z[:n][rests] = 0
+    mu, bounces = rng.uniform(0.1, 0.5, n), rng.uniform(0, 0.6, n)
+    q, p = (sp.symbols(f"{s}:{2 * n}", real=True) for s in "qp")
+    contacts = [
+        sf.Contact(f"c{i}", p[i], sf.Unilateral(q[n + i], bounces[i]), sf.laws.coulomb(3 * mu[i], mu[i]))
+        for i in range(n)
+    ]
+    start = dict.fromkeys(q, 0.0) | dict(zip(p, z.tolist(), strict=True))
+    scene = sf.Scene(sf.System(q, p, sp.Matrix(M.tolist()), [0] * (2 * n)), contacts, {}, start, 1e-6)
+    after = sf.simulate(scene, tolerance=1e-12).checked().final[2 * n :]
+    touching = Touching(np.linalg.inv(M), list(range(n)), mu, np.where(rests, 3 * mu, mu), bounces)
+    target = bounces * -z[n:]
+    kinds = [
+        APART
+        if after[n + k] > target[k] + 1e-9
+        else STICK
+        if abs(after[k]) < 1e-9
+        else FORWARD
+        if after[k] > 0
+        else BACKWARD
+        for k in range(n)
+    ]
+    margin, _, again = of_combination(touching, z, target, 1.0, kinds)
+    assert margin > 0
+    assert after == pytest.approx(again, abs=1e-9)
+    for k in np.flatnonzero(rests):
+        other = of_combination(touching, z, target, 1.0, [*kinds[:k], STICK, *kinds[k + 1 :]])
+        assert kinds[k] == STICK or other is None or other[0] < 1e-6

@@ -2,13 +2,24 @@
 
 Where there are too many combinations, `symfric.solve.loop.modes.complementarity` finds one, which is then looked at
 like one of few: its margins, and how it could be mended where they are negative. Where friction may permit others, a
-second one is looked for from another start, which finds another answer often but not always.
+second one is looked for from another start, which finds another answer often but not always. Where friction drops from
+rest to slip, what static friction can hold stays: in the end no further contact could stick.
 """
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.impacts import APART, SLIPS, STICKS
 from symfric.solve.loop.codes import MANY_CONTACTS, OK, PAINLEVE, SLIP
-from symfric.solve.loop.events.impact_verdicts import DISTINCT, HALVINGS, gains, is_best, keep, least_margin, restore
+from symfric.solve.loop.events.impact_verdicts import (
+    DISTINCT,
+    HALVINGS,
+    gains,
+    is_best,
+    keep,
+    least_margin,
+    may_stay,
+    restore,
+    staying,
+)
 from symfric.solve.loop.events.impacts import (
     AFTER,
     FEASIBLE,
@@ -38,12 +49,34 @@ def choose_by_pivots(w: LoopArrays) -> int:
     if not (_solve(w, 1.0, 0.0) and _mend(w)) and not (_solve(w, 1.0, 1.0) and _mend(w)):
         return MANY_CONTACTS
     if rubs:
-        keep(w)
-        other = _solve(w, 1.0, 1.0) and _mend(w) and not is_best(w)
-        if other and least_margin(w) > DISTINCT * max(largest_rate(w), TINY):
-            return PAINLEVE
+        held = _hold_more(w)
+        if _solve(w, 1.0, 1.0) and _mend(w) and not is_best(w):
+            distinct = least_margin(w) > DISTINCT * max(largest_rate(w), TINY)
+            if distinct and staying(w) == held:
+                return PAINLEVE
+            if distinct and staying(w) > held:
+                _hold_more(w)
         restore(w)
     return _without_gain(w) if gains(w, FEASIBLE) else OK
+
+
+@compiled
+def _hold_more(w: LoopArrays) -> int:
+    """Let contacts that rest stick as long as others can be found that then obey; keep that, return how many stay."""
+    held, n, k = staying(w), w.openings.variable.size, 0
+    keep(w)
+    while k < n:
+        more = may_stay(w, k) and w.impacts.asked[field_of(w, 0, k)] != STICKS
+        if more:
+            w.impacts.asked[field_of(w, 0, k)], w.impacts.asked[field_of(w, 1, k)] = STICKS, 1.0
+            more = _mend(w) and staying(w) > held and least_margin(w) > DISTINCT * max(largest_rate(w), TINY)
+            if more:
+                held = staying(w)
+                keep(w)
+            else:
+                restore(w)
+        k = 0 if more else k + 1
+    return held
 
 
 @compiled

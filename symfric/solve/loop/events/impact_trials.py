@@ -18,13 +18,11 @@ from symfric.solve.loop.events.directions import (
     find_angles,
     sample_angle,
 )
-from symfric.solve.loop.events.impact_verdicts import DISTINCT, is_best, keep, least_margin, restore
+from symfric.solve.loop.events.impact_verdicts import DISTINCT, is_best, keep, least_margin, restore, staying
 from symfric.solve.loop.events.impacts import (
     FEASIBLE,
-    KINETIC,
     MOST_TRIALS,
     SECOND,
-    STATIC,
     SWERVE,
     ask,
     field_of,
@@ -34,7 +32,6 @@ from symfric.solve.loop.events.impacts import (
     set_way_before,
     told,
 )
-from symfric.solve.loop.modes.holding import NO_DROP
 from symfric.solve.loop.precision import TINY
 from symfric.solve.loop.workspace import LoopArrays
 
@@ -60,7 +57,7 @@ def try_all(w: LoopArrays, alone: bool) -> int:
             _take_way(w, way)
             ask(w)
             margin = least_margin(w)
-            stay = _staying(w, n) if margin > DISTINCT * scale else 0
+            stay = staying(w) if margin > DISTINCT * scale else 0
             if stay < held:
                 continue
             if stay > held:
@@ -75,17 +72,6 @@ def try_all(w: LoopArrays, alone: bool) -> int:
         next_trial(w, n)
     restore(w)
     return OK if best >= -FEASIBLE * scale and not second > DISTINCT * scale else PAINLEVE
-
-
-@compiled
-def _staying(w: LoopArrays, n: int) -> int:
-    """Return how many contacts without slip stick in the trial that could slip under less friction."""
-    count = 0
-    for k in range(n):
-        rests = w.impacts.asked[field_of(w, 4, k)] == 0.0 and w.impacts.asked[field_of(w, 5, k)] == 0.0
-        sticks = w.impacts.touches[k] and w.impacts.asked[field_of(w, 0, k)] == STICKS
-        count += sticks and rests and told(w, STATIC, k) > told(w, KINETIC, k) * (1.0 + NO_DROP)
-    return count
 
 
 @compiled(inline=True)

@@ -1,9 +1,21 @@
-"""Whether a combination of what contacts do in an impact is right, and whether it is another answer."""
+"""Whether a combination of what contacts do in an impact is right, whether it is another answer, and what stays."""
 
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.events.impacts import FEASIBLE, FIRST, SECOND, after_fields, ask, told
+from symfric.lower.impacts import STICKS
+from symfric.solve.loop.events.impacts import (
+    FEASIBLE,
+    FIRST,
+    KINETIC,
+    SECOND,
+    STATIC,
+    after_fields,
+    ask,
+    field_of,
+    told,
+)
+from symfric.solve.loop.modes.holding import NO_DROP
 from symfric.solve.loop.workspace import LoopArrays
 
 DISTINCT = 1e-6  # margin, relative to the largest rate of a gap, beyond which a second combination is another answer
@@ -56,3 +68,19 @@ def restore(w: LoopArrays) -> None:
     for r in range(w.impacts.asked.size):
         w.impacts.asked[r] = w.impacts.best[r]
     ask(w)
+
+
+@compiled
+def staying(w: LoopArrays) -> int:
+    """Return how many contacts without slip stick that could slip under less friction."""
+    count = 0
+    for k in range(w.openings.variable.size):
+        count += may_stay(w, k) and w.impacts.asked[field_of(w, 0, k)] == STICKS
+    return count
+
+
+@compiled(inline=True)
+def may_stay(w: LoopArrays, k: int) -> bool:
+    """Whether contact k touches without slip, and friction drops once it slips."""
+    rests = w.impacts.asked[field_of(w, 4, k)] == 0.0 and w.impacts.asked[field_of(w, 5, k)] == 0.0
+    return w.impacts.touches[k] != 0 and rests and told(w, STATIC, k) > told(w, KINETIC, k) * (1.0 + NO_DROP)
