@@ -18,6 +18,7 @@ from symfric.solve.loop.modes.feet_slips import (
     is_first,
     largest_slip,
     leave_free,
+    move_apart,
     slip_of,
     take_all,
 )
@@ -45,7 +46,9 @@ def room_left(w: LoopArrays, n_c: int) -> float:
     slip, which is large, leaves them at rest. One whose force is beyond its bound then slips after all.
     """
     f = w.feet
-    aim(w)
+    aim(w, n_c)
+    if move_apart(w, n_c):
+        return -1.0
     for i in range(n_c):
         f.yields[i] = 0
     for _ in range(n_c + 1):

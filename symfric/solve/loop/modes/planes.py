@@ -47,7 +47,7 @@ from symfric.solve.loop.modes.same_slips import (
 )
 from symfric.solve.loop.modes.sticking_basis import share
 from symfric.solve.loop.modes.tolerances import doubt_of, little
-from symfric.solve.loop.modes.zero_slips import try_sticking
+from symfric.solve.loop.modes.zero_slips import has_slid, try_sticking
 from symfric.solve.loop.precision import EPS, ROUNDING
 from symfric.solve.loop.stepping.calls import prelude, probe
 from symfric.solve.loop.workspace import LoopArrays
@@ -64,6 +64,8 @@ def select_in_plane(w: LoopArrays) -> int:
     """Select the mode of every contact and switch at the current state; return a status."""
     n_x, n_c = w.y.size - 1, w.contacts.sticks.size
     n_s = w.contacts.edge.size
+    if w.counts.jumped == 0 and has_slid(w, n_x):
+        return UNDECIDED
     if w.limits.steps and w.counts.jumped:
         step_over(w, n_x, n_c)
     try_sticking(w, n_x, n_c)
