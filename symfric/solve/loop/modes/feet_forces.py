@@ -209,11 +209,13 @@ def forget_limit(w: LoopArrays) -> None:
 def rate_of_start(w: LoopArrays, n_x: int, n_c: int) -> float:
     """Return the rate at which contacts that give way together accelerate, along the slips of their motion.
 
-    Of any single one ``w.probe`` does not tell it: the directions of all turn, but give no force along this motion.
+    Of any single one ``w.probe`` does not tell it: the directions of all turn, but give no force along this motion. One
+    about which a body turns sticks: it has no slip, and its guard is that of its force.
     """
     total = 0.0
     for i in range(n_c):
-        total += w.feet.limit[i] * w.probe[n_x + backward(i), 2]
+        if w.m[i] <= 0.5:
+            total += w.feet.limit[i] * w.probe[n_x + backward(i), 2]
     return total
 
 
