@@ -363,8 +363,7 @@ def _contradicts(w: LoopArrays, n_x: int, n_c: int) -> bool:
             if gives_way(w, n_c, i):
                 rise = rate_of_start(w, n_x, n_c)
             elif j >= 0:
-                v = p.variable[i]
-                rise = w.m[v] * w.probe[g, 2] + w.m[v + 1] * w.probe[n_x + backward(j), 2]
+                rise = _rise_in_plane(w, i, w.probe[g, 2], w.probe[n_x + backward(j), 2])
             if rise < 0.0:
                 p.leaves[i], found = 0, True
                 p.returned[i] += 1
@@ -374,6 +373,18 @@ def _contradicts(w: LoopArrays, n_x: int, n_c: int) -> bool:
                 if _exceeds(w, i, room, change):
                     p.leaves[i], found = 1, True
     return found
+
+
+@compiled(inline=True)
+def _rise_in_plane(w: LoopArrays, i: int, x: float, y: float) -> float:
+    """Return how contact i accelerates out of rest, up to a positive factor, from the rates of its acceleration (x, y).
+
+    These are for a friction of one direction e. It turns until the slip is along e, which takes a force across e: by
+    this ``A^-1 (x, y)`` changes across e alone, with the coupling A, and its part along e tells the start.
+    """
+    j, v = w.contacts.partner[i], w.planes.variable[i]
+    ii, ij, jj = w.gauge[COUPLING + i, i], w.gauge[COUPLING + i, j], w.gauge[COUPLING + j, j]
+    return float(w.m[v] * (jj * x - ij * y) + w.m[v + 1] * (ii * y - ij * x))
 
 
 @compiled(inline=True)
