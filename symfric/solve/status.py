@@ -55,8 +55,8 @@ ADVICE = {
     "the load as Max(load, 0) if they may",
     Status.UNDECIDED: "no combination of sticking and slipping satisfies the friction laws here: a static coefficient "
     "is smaller than the kinetic one at rest, contacts on the same body exclude each other, surfaces under contacts in "
-    "the plane that stick begin to move apart without an acceleration, or contacts in the plane hold a motion more than "
-    "once beside contacts that open, as feet of a body that turns and may lift, so that their forces at rest are not "
+    "the plane that stick begin to move apart without an acceleration, or contacts in the plane hold a motion more "
+    "than once beside contacts that open, as feet of a body that turns and may lift, so that their forces at rest are not "
     "determined; take a static coefficient that is not smaller, or put each foot on a small mass that a stiff spring "
     "and a damper hold to the body",
     Status.INTEGRATOR: "the integrator failed, or slips of contacts are so nearly equal that its error decides which "
