@@ -17,6 +17,7 @@ from symfric.solve.loop.codes import (
     SEGMENT,
     SELECT,
     STEP_COLLAPSE,
+    UNDECIDED,
 )
 from symfric.solve.loop.events.crossings import cross
 from symfric.solve.loop.events.first_event import first_event
@@ -28,6 +29,7 @@ from symfric.solve.loop.modes.layout import mode
 from symfric.solve.loop.modes.mode_selection import keep_scales, select_mode
 from symfric.solve.loop.modes.opening_selection import select_with_openings
 from symfric.solve.loop.modes.planes import select_in_plane
+from symfric.solve.loop.modes.zero_slips import has_slid
 from symfric.solve.loop.precision import EPS, STRETCH
 from symfric.solve.loop.recording.accumulation import accumulate
 from symfric.solve.loop.recording.last_flights import count_flights, vary_end
@@ -83,7 +85,8 @@ def drive(w: LoopArrays) -> int:
     rule, rule_weighted = step_rule(w), weighted_rule(w)
     while True:
         if w.y[n_x] >= w.clock.t_end:
-            return OK
+            checked = w.limits.planes > 0 and w.openings.variable.size == 0 and w.counts.jumped == 0
+            return UNDECIDED if checked and has_slid(w, n_x) else OK
         status = pause(w, stop, n_c + w.contacts.other_guards.shape[0])
         if status != OK:
             return status

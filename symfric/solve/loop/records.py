@@ -274,12 +274,14 @@ class Feet(ArraySet):
     factor: Matrix  # L, (n_c, n_c)
     size: Reals  # size of its rows in L
     target: Reals  # zeta_0
-    scale: Reals  # its length, (1,)
+    offset: Reals  # part of each slip acceleration by surfaces that move apart, which no zeta removes
+    scale: Reals  # size of the accelerations without these forces, (1,)
     point: Matrix  # zeta, one that is tried, and one that is kept, (3, n_c)
     slope: Reals  # first derivatives by zeta
     matrix: Matrix  # second ones, (n_c, n_c)
     step: Reals  # Newton's step
-    kept: Matrix  # orthonormal directions of zeta that sticking holds at zero, (n_c, n_c)
+    kept: Matrix  # orthonormal directions of zeta that sticking holds, (n_c, n_c)
+    place: Reals  # where along these, zero unless surfaces move apart
     hold: Reals  # forces that hold all contacts of the problem
     before: Reals  # the same at the state, while they are computed a little later
     mark: Reals  # marks in the mode, likewise

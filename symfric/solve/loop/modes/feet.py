@@ -57,7 +57,7 @@ def accelerate(w: LoopArrays, n_c: int) -> bool:
             if f.among[i]:
                 p.gain[i], p.force[i] = 0.0, f.hold[i]
         return True
-    size, width = aim(w), 1.0
+    size, width = aim(w, n_c), 1.0
     for k in range(f.rank[0]):
         f.point[0, k] = f.target[k]
     while width >= _NARROWEST:
@@ -116,7 +116,7 @@ def _is_solution(w: LoopArrays, n_c: int) -> bool:
     for i in range(n_c):
         f.before[i] = p.free[i]
         if f.among[i]:
-            p.free[i], f.among[i] = 0.0, f.sticks[i]
+            p.free[i], f.among[i] = f.offset[i], f.sticks[i]
             for k in range(f.rank[0]):
                 p.free[i] += f.factor[i, k] * f.slope[k]
     held = factorise(w, n_c) == 0 or room_left(w, n_c) >= -AGREES
@@ -126,5 +126,5 @@ def _is_solution(w: LoopArrays, n_c: int) -> bool:
     for i in range(n_c):
         p.free[i] = f.before[i]
     take_all(w, n_c)
-    aim(w)
+    aim(w, n_c)
     return held

@@ -18,6 +18,7 @@ from symfric.solve.loop.modes.feet_slips import (
     is_first,
     largest_slip,
     leave_free,
+    move_apart,
     slip_of,
     take_all,
 )
@@ -45,7 +46,9 @@ def room_left(w: LoopArrays, n_c: int) -> float:
     slip, which is large, leaves them at rest. One whose force is beyond its bound then slips after all.
     """
     f = w.feet
-    aim(w)
+    aim(w, n_c)
+    if move_apart(w, n_c):
+        return -1.0
     for i in range(n_c):
         f.yields[i] = 0
     for _ in range(n_c + 1):
@@ -206,11 +209,13 @@ def forget_limit(w: LoopArrays) -> None:
 def rate_of_start(w: LoopArrays, n_x: int, n_c: int) -> float:
     """Return the rate at which contacts that give way together accelerate, along the slips of their motion.
 
-    Of any single one ``w.probe`` does not tell it: the directions of all turn, but give no force along this motion.
+    Of any single one ``w.probe`` does not tell it: the directions of all turn, but give no force along this motion. One
+    about which a body turns sticks: it has no slip, and its guard is that of its force.
     """
     total = 0.0
     for i in range(n_c):
-        total += w.feet.limit[i] * w.probe[n_x + backward(i), 2]
+        if w.m[i] <= 0.5:
+            total += w.feet.limit[i] * w.probe[n_x + backward(i), 2]
     return total
 
 

@@ -3,7 +3,16 @@
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.modes.feet_slips import held_directions, is_active, largest_slip, leave_free, slip_of, stepped
+from symfric.solve.loop.modes.feet_slips import (
+    held_directions,
+    is_active,
+    largest_slip,
+    leave_free,
+    move_apart,
+    put_in_place,
+    slip_of,
+    stepped,
+)
 from symfric.solve.loop.precision import EPS, TINY
 from symfric.solve.loop.workspace import LoopArrays
 
@@ -166,11 +175,14 @@ def polish(w: LoopArrays, n_c: int) -> bool:
     """
     f, n = w.feet, w.feet.rank[0]
     held = held_directions(w, n_c)
+    if held < 0:
+        return False
+    put_in_place(w, held)
     if held == n:
-        for i in range(n_c):
-            f.sticks[i] = 1
+        if not move_apart(w, n_c):
+            for i in range(n_c):
+                f.sticks[i] = 1
         return True
-    leave_free(w, f.point[0], held)
     moved, size = 0.0, 0.0
     for _ in range(2 * _LAST_ITERATIONS):
         _differentiate(w, n_c, 0.0, 0.0)

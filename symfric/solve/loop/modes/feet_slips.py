@@ -9,9 +9,11 @@ import numpy as np
 from symfric.codegen.array_table import Reals
 from symfric.codegen.numba_types import compiled
 from symfric.solve.loop.codes import COUPLING
+from symfric.solve.loop.modes.tolerances import little
 from symfric.solve.loop.workspace import LoopArrays
 
 _SAME = 1e-24  # square of the part of a slip that no others have, relative, below which it follows from them
+_APART = 1e-8  # acceleration of surfaces from each other, relative to all, below which it is rounding
 
 
 @compiled
@@ -107,8 +109,8 @@ def is_active(w: LoopArrays, i: int) -> bool:
 
 
 @compiled
-def aim(w: LoopArrays) -> float:
-    """Compute zeta_0 from the slip accelerations in ``w.planes.free``; return its length."""
+def aim(w: LoopArrays, n_c: int) -> float:
+    """Compute zeta_0 and the offsets from the slip accelerations in ``w.planes.free``; return the size of both."""
     f, total = w.feet, 0.0
     for k in range(f.rank[0]):
         i = f.pivot[k]
@@ -118,13 +120,41 @@ def aim(w: LoopArrays) -> float:
         f.target[k] = rest / f.factor[i, k]
         total += f.target[k] ** 2
     f.scale[0] = np.sqrt(total)
+    _find_offsets(w, n_c)
     return float(f.scale[0])
 
 
 @compiled
+def _find_offsets(w: LoopArrays, n_c: int) -> None:
+    """Compute the parts of the slip accelerations that do not follow from those of the pivots: surfaces move apart."""
+    f, size = w.feet, w.feet.scale[0]
+    for i in range(n_c):
+        f.offset[i] = 0.0
+        if f.among[i]:
+            size = max(size, abs(w.planes.free[i]) / f.size[i])
+    for i in range(n_c):
+        if f.among[i] and f.used[i] == 0:
+            rest = w.planes.free[i]
+            for k in range(f.rank[0]):
+                rest -= f.factor[i, k] * f.target[k]
+            if abs(rest) > max(_APART * size * f.size[i], little(w, i)):
+                f.offset[i] = rest
+                f.scale[0] = max(f.scale[0], abs(rest) / f.size[i])
+
+
+@compiled
+def move_apart(w: LoopArrays, n_c: int) -> bool:
+    """Whether the surfaces under contacts of the problem move apart, so that not all of them can stick."""
+    found = False
+    for i in range(n_c):
+        found = found or (w.feet.among[i] != 0 and w.feet.offset[i] != 0.0)
+    return found
+
+
+@compiled
 def slip_of(w: LoopArrays, i: int, at: int) -> float:
-    """Return slip i at the point (0) or at the trial point (1)."""
-    total = 0.0
+    """Return the acceleration of slip i at the point (0) or at the trial point (1)."""
+    total = w.feet.offset[i]
     for k in range(w.feet.rank[0]):
         total += w.feet.factor[i, k] * w.feet.point[at, k]
     return total
@@ -151,24 +181,43 @@ def largest_slip(w: LoopArrays, n_c: int) -> float:
 
 @compiled
 def held_directions(w: LoopArrays, n_c: int) -> int:
-    """Compute an orthonormal basis of what contacts that stick hold; return its number."""
+    """Compute an orthonormal basis of what sticking holds, and where; return its number, -1 if surfaces move apart."""
     f, n, held = w.feet, w.feet.rank[0], 0
     for i in range(n_c):
-        if f.among[i] == 0 or f.sticks[i] == 0 or held == n:
+        if f.among[i] == 0 or f.sticks[i] == 0:
             continue
-        for k in range(n):
-            f.kept[held, k] = f.factor[i, k]
-        for _ in range(2):
-            leave_free(w, f.kept[held], held)
+        place = -f.offset[i]
+        for h in range(held):
+            part = 0.0
+            for k in range(n):
+                part += f.factor[i, k] * f.kept[h, k]
+            place -= part * f.place[h]
         size = 0.0
-        for k in range(n):
-            size += f.kept[held, k] ** 2
+        if held < n:
+            for k in range(n):
+                f.kept[held, k] = f.factor[i, k]
+            for _ in range(2):
+                leave_free(w, f.kept[held], held)
+            for k in range(n):
+                size += f.kept[held, k] ** 2
         if size <= _SAME * w.gauge[COUPLING + i, i]:
+            if abs(place) > _APART * f.scale[0] * f.size[i]:
+                return -1
             continue
         for k in range(n):
             f.kept[held, k] /= np.sqrt(size)
+        f.place[held] = place / np.sqrt(size)
         held += 1
     return held
+
+
+@compiled
+def put_in_place(w: LoopArrays, held: int) -> None:
+    """Move the point to where the contacts that stick do not slip."""
+    leave_free(w, w.feet.point[0], held)
+    for h in range(held):
+        for k in range(w.feet.rank[0]):
+            w.feet.point[0, k] += w.feet.place[h] * w.feet.kept[h, k]
 
 
 @compiled

@@ -47,7 +47,7 @@ from symfric.solve.loop.modes.same_slips import (
 )
 from symfric.solve.loop.modes.sticking_basis import share
 from symfric.solve.loop.modes.tolerances import doubt_of, little
-from symfric.solve.loop.modes.zero_slips import try_sticking
+from symfric.solve.loop.modes.zero_slips import has_slid, try_sticking
 from symfric.solve.loop.precision import EPS, ROUNDING
 from symfric.solve.loop.stepping.calls import prelude, probe
 from symfric.solve.loop.workspace import LoopArrays
@@ -64,6 +64,8 @@ def select_in_plane(w: LoopArrays) -> int:
     """Select the mode of every contact and switch at the current state; return a status."""
     n_x, n_c = w.y.size - 1, w.contacts.sticks.size
     n_s = w.contacts.edge.size
+    if w.counts.jumped == 0 and has_slid(w, n_x):
+        return UNDECIDED
     if w.limits.steps and w.counts.jumped:
         step_over(w, n_x, n_c)
     try_sticking(w, n_x, n_c)
@@ -361,8 +363,7 @@ def _contradicts(w: LoopArrays, n_x: int, n_c: int) -> bool:
             if gives_way(w, n_c, i):
                 rise = rate_of_start(w, n_x, n_c)
             elif j >= 0:
-                v = p.variable[i]
-                rise = w.m[v] * w.probe[g, 2] + w.m[v + 1] * w.probe[n_x + backward(j), 2]
+                rise = _rise_in_plane(w, i, w.probe[g, 2], w.probe[n_x + backward(j), 2])
             if rise < 0.0:
                 p.leaves[i], found = 0, True
                 p.returned[i] += 1
@@ -372,6 +373,18 @@ def _contradicts(w: LoopArrays, n_x: int, n_c: int) -> bool:
                 if _exceeds(w, i, room, change):
                     p.leaves[i], found = 1, True
     return found
+
+
+@compiled(inline=True)
+def _rise_in_plane(w: LoopArrays, i: int, x: float, y: float) -> float:
+    """Return how contact i accelerates out of rest, up to a positive factor, from the rates of its acceleration (x, y).
+
+    These are for a friction of one direction e. It turns until the slip is along e, which takes a force across e: by
+    this ``A^-1 (x, y)`` changes across e alone, with the coupling A, and its part along e tells the start.
+    """
+    j, v = w.contacts.partner[i], w.planes.variable[i]
+    ii, ij, jj = w.gauge[COUPLING + i, i], w.gauge[COUPLING + i, j], w.gauge[COUPLING + j, j]
+    return float(w.m[v] * (jj * x - ij * y) + w.m[v + 1] * (ii * y - ij * x))
 
 
 @compiled(inline=True)

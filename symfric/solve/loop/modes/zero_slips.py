@@ -3,7 +3,7 @@
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.lower.constraint_forces import FOLLOWS, HOLDS
+from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS
 from symfric.solve.loop.codes import COUPLING, SLIP, TERMS
 from symfric.solve.loop.events.impacts import widen_slips
 from symfric.solve.loop.modes.layout import backward, direction, forward, mode
@@ -13,6 +13,7 @@ from symfric.solve.loop.precision import ROUNDING, TOUCH
 from symfric.solve.loop.stepping.calls import measure
 from symfric.solve.loop.workspace import LoopArrays
 
+SLID = 100.0  # speed at rest, relative to its largest terms and over the tolerance, that is no error of the run
 NEAR = 1e-10  # speed, relative to its largest terms, below which a contact in the plane that comes to rest is at rest
 _COUNTS = 8.0  # ratio of the largest slope of a slip to that of a velocity that may be changed
 AMPLIFIED = 1e3  # change of velocities, relative to that for a single slip, by nearly parallel slips made zero
@@ -65,6 +66,28 @@ def try_sticking(w: LoopArrays, n_x: int, n_c: int) -> None:
     if w.planes.rests.size > 1:  # then the slips of others on the same bodies are zero too
         measure(w, w.y, w.gauge)
         _find_zeros_in_plane(w)
+
+
+@compiled
+def has_slid(w: LoopArrays, n_x: int) -> bool:
+    """Whether a contact in the plane that is told its force at rest is not at rest: surfaces have moved apart."""
+    told, found = False, False
+    for k in range(w.planes.row.size):
+        i = w.planes.row[k]
+        told = told or w.m[i] == AT_BOUND or w.m[i + 1] == AT_BOUND
+    if not told:
+        return False
+    measure(w, w.y, w.gauge)
+    sizes_of_velocities(w, n_x)
+    measure(w, w.step.end, w.span)
+    for k in range(w.planes.row.size):
+        i = w.planes.row[k]
+        j = i + 1
+        size = max(w.gauge[TERMS, i], w.gauge[TERMS, j], w.span[TERMS, i], w.span[TERMS, j])
+        slip = np.hypot(w.gauge[SLIP, i], w.gauge[SLIP, j])
+        rests = w.m[i] == AT_BOUND or w.m[j] == AT_BOUND
+        found = found or (rests and slip > SLID * max(w.clock.tolerance, NEAR) * size)
+    return found
 
 
 @compiled
