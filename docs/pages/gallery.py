@@ -5,6 +5,7 @@ import contextlib
 import io
 import runpy
 from dataclasses import asdict, dataclass
+from itertools import chain
 from pathlib import Path
 
 import matplotlib
@@ -99,7 +100,7 @@ def _file(name: str, path: Path, folder: Path) -> Shown:
     from symfric.scenefile import read_scene_file
 
     result = study(read_scene_file(path))
-    picture = (sweep.pictures(result) or motion.pictures(result.motion.found, result.file))[0]
+    picture = next(chain(sweep.pictures(result), motion.pictures(result.motion.found, result.file)))
     image = f"made/{name}.svg"
     (folder / "made").mkdir(parents=True, exist_ok=True)
     (folder / image).write_bytes(base64.b64decode(picture.uri.partition(",")[2]))
