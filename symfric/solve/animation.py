@@ -112,7 +112,7 @@ def _write_gif(
     def codes(number: int) -> np.ndarray:
         canvas.restore_region(still)
         for artist in show(number):
-            artist.axes.draw_artist(artist)
+            figure.draw_artist(artist)
         return np.asarray(canvas.buffer_rgba(), dtype=np.int64)[..., :3] @ _PLACES
 
     found, counts = np.unique(codes(frames - 1), return_counts=True)
