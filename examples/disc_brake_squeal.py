@@ -9,7 +9,8 @@ import sympy as sp
 import symfric as sf
 
 brake = sf.structures.disc_and_pad(damping=0.3)
-first = sf.structures.flutter(brake.structure, mu=(0.0, 0.6), count=4, grid=7).critical[0]
+flutter = sf.structures.flutter(brake.structure, mu=(0.0, 0.6), count=4, grid=7)
+first = flutter.critical[0]
 print(f"Two modes couple: the brake squeals from mu = {first.mu:.4f}, at omega = {first.omega:.4f}.")
 
 mu, speed = sp.symbols("mu v_b", positive=True)

@@ -3,9 +3,12 @@
 The pages are those of ``python -m docs``, or in the folder that the variable SYMFRIC_BUILT_PAGES names.
 """
 
+import html
 import os
+import re
 import time
 from pathlib import Path
+from urllib.parse import unquote, urlsplit
 
 import pytest
 
@@ -25,6 +28,8 @@ PAGES = Path(os.environ.get("SYMFRIC_BUILT_PAGES", ROOT / "docs" / "_build" / "h
 PHONE, SCREEN = 400, 1400
 TALLEST = 120_000  # pixels on a phone
 AWAY = ("genindex.html", "search.html", "studies/", "_static/")  # made by Sphinx; studies have tests of their own
+_UNREAD = re.compile(r"<(script|style)\b.*?</\1>", re.DOTALL)
+_ADDRESS = re.compile(r'(?:href|src)="([^"]+)"')
 FOUND = {  # what people type: a page that the search has to find
     "did not converge": "reference/messages",
     "too slow": "howto/long_runs",
@@ -60,6 +65,19 @@ def browser():
 def pages():
     names = sorted(p.relative_to(PAGES).as_posix() for p in PAGES.rglob("*.html"))
     return [n for n in names if not n.startswith(AWAY)]
+
+
+def test_links_within_the_pages_lead_to_files():
+    if not (PAGES / "index.html").is_file():
+        pytest.skip(f"no built pages in {PAGES}: python -m docs")
+    dead = {}
+    for page in PAGES.rglob("*.html"):
+        text = _UNREAD.sub("", page.read_text(encoding="utf-8"))
+        for address in set(_ADDRESS.findall(text)):
+            parts = urlsplit(html.unescape(address))
+            if parts.path and not parts.scheme and not (page.parent / unquote(parts.path)).exists():
+                dead.setdefault(address, []).append(page.relative_to(PAGES).as_posix())
+    assert dead == {}
 
 
 @pytest.mark.parametrize("width", [PHONE, SCREEN])

@@ -5,7 +5,20 @@ A Sphinx extension. Pages are written before Sphinx looks for its sources; they 
 
 from pathlib import Path
 
-from docs.pages import commands, drawn, figures, gallery, keys, landing, ledger, mathml, messages, names, numbers
+from docs.pages import (
+    commands,
+    drawn,
+    figures,
+    gallery,
+    keys,
+    landing,
+    ledger,
+    mathml,
+    messages,
+    names,
+    navigation,
+    numbers,
+)
 
 
 def setup(app):
@@ -13,6 +26,7 @@ def setup(app):
     mathml.setup(app)
     numbers.setup(app)
     drawn.setup(app)
+    navigation.setup(app)
     app.connect("builder-inited", _make)
     app.connect("autodoc-process-docstring", names.explain_data)
     app.connect("autodoc-process-docstring", names.escape_bars)

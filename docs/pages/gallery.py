@@ -5,6 +5,7 @@ import contextlib
 import io
 import runpy
 from dataclasses import asdict, dataclass
+from itertools import chain
 from pathlib import Path
 
 import matplotlib
@@ -92,18 +93,21 @@ def _script(name: str, path: Path, folder: Path) -> Shown:
 
 
 def _file(name: str, path: Path, folder: Path) -> Shown:
-    """Study a scene file; keep its page and one picture."""
+    """Study a scene file; keep its page, the data beside it, and one picture."""
+    from symfric.report.study.data import data_files
     from symfric.report.study.page import page, summary
     from symfric.report.study.sections import motion, sweep
     from symfric.report.study.study import study
     from symfric.scenefile import read_scene_file
 
-    result = study(read_scene_file(path))
-    picture = (sweep.pictures(result) or motion.pictures(result.motion.found, result.file))[0]
+    with contextlib.chdir(EXAMPLES.parent):  # the page names the file as it is read, the same on every machine
+        result = study(read_scene_file(path.relative_to(EXAMPLES.parent)))
+    picture = next(chain(sweep.pictures(result), motion.pictures(result.motion.found, result.file)))
     image = f"made/{name}.svg"
     (folder / "made").mkdir(parents=True, exist_ok=True)
     (folder / image).write_bytes(base64.b64decode(picture.uri.partition(",")[2]))
-    put(folder / "extra" / "studies" / f"{name}.html", page(result))
+    for file, text in {"study.html": page(result), **data_files(result)}.items():
+        put(folder / "extra" / "studies" / name / file, text)
     words = " ".join((result.file.description or "").split())
     short = "\n".join(summary(result))
     return Shown(result.file.title or name, words, short, image, picture.alt)
@@ -135,7 +139,7 @@ def _study_page(name: str, shown: Shown, path: Path) -> str:
             f"```{{image}} {shown.picture}\n:alt: {shown.alt}\n```\n",
             f"```sh\nsymfric study examples/{name}.toml\n```\n",
             f"```text\n{shown.printed.strip()}\n```\n",
-            f'The <a href="../studies/{name}.html">page of this study</a>. The file, '
+            f'The <a href="../studies/{name}/study.html">page of this study</a>. The file, '
             f"{{download}}`examples/{name}.toml <../../examples/{name}.toml>`:\n",
             f"```{{literalinclude}} ../../examples/{name}.toml\n:language: toml\n```\n",
         ]

@@ -214,9 +214,9 @@ def vibration(scene: Scene, coordinate: str, times: Schedule | None = None, tole
     """
     times = schedule(scene) if times is None else times
     x = state_symbol(scene, coordinate)
-    extremes = {"high": Max(x), "low": Min(x)}
-    before = finished(prepare(settling(scene, times, extremes), tolerance).run())
-    outputs = {**extremes, "sum": Integral(x), PATH: Trajectory()}
+    scalars = {"high": Max(x), "low": Min(x), "sum": Integral(x)}  # of both runs, which then share their equations
+    before = finished(prepare(settling(scene, times, scalars), tolerance).run())
+    outputs = {**scalars, PATH: Trajectory()}
     for longer in (1, LONGER):
         window = measuring(scene, replace(times, window=longer * times.window), outputs, before.final)
         run = finished(prepare(window, tolerance).run())

@@ -12,12 +12,17 @@ from symfric.model.symbols import finite
 from symfric.solve.plotting import in_brackets, labelled, motion_to_draw
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from matplotlib.animation import FuncAnimation
+    from matplotlib.artist import Artist
+    from matplotlib.figure import Figure
 
     from symfric.solve.run import Run
 
 _TRACE = 2000  # points of the lines
 _MOST = 5000  # frames
+_PLACES = np.array([256**2, 256, 1])  # of red, green and blue in one number
 _ENDINGS = ".gif", ".mp4", ".webm", ".mov"
 
 
@@ -27,7 +32,7 @@ def animate_run(
 ) -> "FuncAnimation":
     """Return the animation of a motion from `begin` to `end`, written to `path`; see `Run.animate`."""
     import matplotlib.pyplot as plt
-    from matplotlib.animation import FFMpegWriter, FuncAnimation, PillowWriter
+    from matplotlib.animation import FFMpegWriter, FuncAnimation
 
     if path is not None:
         _check_film(path)
@@ -77,10 +82,52 @@ def animate_run(
     if path is not None:
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # the same for every frame; else each of them computes it three times
-        writer = PillowWriter if Path(path).suffix.lower() == ".gif" else FFMpegWriter
-        animation.save(Path(path), writer=writer(frames_per_second))
+        if Path(path).suffix.lower() == ".gif":
+            _write_gif(figure, show, frames, Path(path), frames_per_second)
+        else:
+            animation.save(Path(path), writer=FFMpegWriter(frames_per_second))
         plt.close(figure)
     return animation
+
+
+def _write_gif(
+    figure: "Figure", show: "Callable[[int], list[Artist]]", frames: int, path: Path, frames_per_second: int
+) -> None:
+    """Write frames that differ only in some artists: the rest is drawn once, in the colours of the last frame.
+
+    Matplotlib's own writer draws everything three times for each frame, and looks for a palette in each.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    canvas = FigureCanvasAgg(figure)
+    moving = show(frames - 1)
+    for artist in moving:
+        artist.set_visible(False)
+    canvas.draw()
+    still, shape = canvas.copy_from_bbox(figure.bbox), canvas.get_width_height()[::-1]
+    for artist in moving:
+        artist.set_visible(True)
+
+    def codes(number: int) -> np.ndarray:
+        canvas.restore_region(still)
+        for artist in show(number):
+            figure.draw_artist(artist)
+        return np.asarray(canvas.buffer_rgba(), dtype=np.int64)[..., :3] @ _PLACES
+
+    found, counts = np.unique(codes(frames - 1), return_counts=True)
+    palette = found[np.argsort(-counts, kind="stable")[:256], None] // _PLACES % 256
+
+    def frame(number: int) -> Image.Image:
+        found, index = np.unique(codes(number), return_inverse=True)
+        distance = np.sum((found[:, None, None] // _PLACES % 256 - palette) ** 2, axis=-1)
+        image = Image.fromarray(np.argmin(distance, axis=1).astype(np.uint8)[index.reshape(shape)])
+        image.putpalette(palette.astype(np.uint8).tobytes())
+        return image
+
+    drawn = map(frame, range(frames))
+    length = round(1000.0 / frames_per_second)
+    next(drawn).save(path, format="GIF", save_all=True, append_images=drawn, duration=length, loop=0)
 
 
 def _check_film(path: str | PathLike[str]) -> None:

@@ -5,6 +5,7 @@ import shutil
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 from PIL import Image
 
@@ -109,3 +110,21 @@ def test_pictures_fit_their_figure():
         assert box.y0 >= -1
         assert box.x1 <= width + 1
         assert box.y1 <= height + 1
+
+
+def test_every_frame_of_a_gif_is_what_the_figure_shows(tmp_path):
+    """Frames are drawn in parts and share a palette: beside the figure drawn as a whole, up to shades."""
+    run = sf.simulate(BELT)
+    animation = run.animate(tmp_path / "belt.gif", begin=10.0, end=30.0, seconds=1.0, frames_per_second=5)
+    with Image.open(tmp_path / "belt.gif") as image:
+        for number in range(5):
+            image.seek(number)
+            shown = np.asarray(image.convert("RGB"), dtype=int)
+            animation._func(number)
+            canvas = FigureCanvasAgg(animation._fig)
+            canvas.draw()
+            whole = np.asarray(canvas.buffer_rgba(), dtype=int)[..., :3]
+            apart = np.max(np.abs(shown - whole), axis=2)
+            assert tuple(shown[5, 5]) == (255, 255, 255)
+            assert np.mean(apart > 48) < 1e-3
+            assert np.mean(np.any(whole != 255, axis=2)) > 0.01

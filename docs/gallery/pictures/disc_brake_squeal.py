@@ -2,7 +2,6 @@
 
 import matplotlib.pyplot as plt
 
-flutter = sf.structures.flutter(brake.structure, mu=(0.0, 0.6), count=4, grid=7)
 upper, lower = plt.figure().subplots(2, 1, sharex=True)
 for values in flutter.eigenvalues:
     upper.plot(flutter.mu, values.imag, "o-", markersize=3)

@@ -98,7 +98,7 @@ def _page(study: StudyResult) -> Iterator[Markup]:
         yield gallery(lambda: pictures(answered.found, study.file, period), study.said)
 
 
-def pictures(motion: SampledMotion, file: SceneFile, period: float = math.nan) -> list[Picture]:
+def pictures(motion: SampledMotion, file: SceneFile, period: float = math.nan) -> Iterator[Picture]:
     """Draw a motion against time, and velocities against the first coordinates or points of a structure.
 
     Of a motion of many periods, its last ones once more.
@@ -111,26 +111,24 @@ def pictures(motion: SampledMotion, file: SceneFile, period: float = math.nan) -
     count = sum(len(v) for v in motion.sticks.values())
     alt = f"{', '.join(names)} against time from 0 to {motion.t[-1]:.4g}; {counted(count, 'interval')} of sticking"
     caption = "The motion; sticking is shaded." if count else "The motion."
-    shown = [Picture(to_svg(plot_time_history(motion, names, file.units)), alt, caption)]
+    yield Picture(to_svg(plot_time_history(motion, names, file.units)), alt, caption)
     if motion.t[-1] > MANY * period:
         begin = motion.t[-1] - FEW * period
         ax = plot_time_history(motion, names, file.units, begin=begin)
         alt = f"{', '.join(names)} against time in the last {FEW} periods, from {begin:.4g} to {motion.t[-1]:.4g}"
-        shown.append(Picture(to_svg(ax), alt, f"The last {FEW} periods."))
+        yield Picture(to_svg(ax), alt, f"The last {FEW} periods.")
     speeds = belt_speeds(scene)
     single = len(scene.contacts) == 1 and len(scene.system.q) == 1 and len(speeds) == 1
     drive = scene.values[speeds[0]] if single else None
     for q, u in pairs[:2]:
         rubbing = [c.name for c in scene.contacts if any(w.has(sp.Symbol(u, real=True)) for w in c.slips)]
         ax = plot_phase_portrait(motion, q, u, rubbing, file.units, drive)
-        shown.append(
-            Picture(to_svg(ax), f"Phase portrait: {u} against {q}, sticking marked", f"Velocity {u} against {q}.")
-        )
-    shown += [path_picture(motion, path, file.units) for path in paths_in_plane(scene)]
+        yield Picture(to_svg(ax), f"Phase portrait: {u} against {q}, sticking marked", f"Velocity {u} against {q}.")
+    for path in paths_in_plane(scene):
+        yield path_picture(motion, path, file.units)
     if held := [h.name for h in acting(scene)][:MOST_COORDINATES]:
         ax = plot_held(motion, held, file.units)
-        shown.append(Picture(to_svg(ax), f"{', '.join(held)} against time, in steps", "Held variables."))
-    return shown
+        yield Picture(to_svg(ax), f"{', '.join(held)} against time, in steps", "Held variables.")
 
 
 def plot_held(motion: SampledMotion, names: Sequence[str], units: Mapping[str, str], ax: Axes | None = None) -> Axes:

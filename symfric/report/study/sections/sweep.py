@@ -102,16 +102,16 @@ def sweep_in_words(sweep: SweepResult, curves: Sequence[PredictionCurve], file: 
             yield f"{name} ({curve.source}) is off by {np.median(off):.3g} % (median), {np.max(off):.3g} % at most."
 
 
-def pictures(study: StudyResult) -> list[Picture]:
+def pictures(study: StudyResult) -> Iterator[Picture]:
     """Draw the vibration over the sweep; none without one."""
     sweep, curves = study[SWEEP].value, study[CURVES].value or ()
     if sweep is None:
-        return []
+        return
     ax = plot_amplitudes(sweep, study.file.units, curves, study[BRANCH].value, study[QUENCHED].value)
     names = ", ".join(c.label for c in curves) or "no prediction"
     alt = f"Half range of {sweep.coordinate} against {sweep.parameter}: computed points, curves: {names}"
     caption = "Steady vibration: curves predicted, points computed." if curves else "Steady vibration, computed."
-    return [Picture(to_svg(ax), alt, caption)]
+    yield Picture(to_svg(ax), alt, caption)
 
 
 def plot_amplitudes(

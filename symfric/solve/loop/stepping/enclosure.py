@@ -51,7 +51,8 @@ def _degree(node: Node, values: Range, degree: dict[int, ca.SX]) -> ca.SX:
     if node.op in (ca.OP_MUL, ca.OP_SQ):
         own = (2 if node.op == ca.OP_SQ else 1) * sum((degree[a] for a in node.args), ca.SX(0))
     elif node.op in ENTIRE and node.op not in (ca.OP_SIN, ca.OP_COS):
-        own = ca.mmax(ca.vertcat(1, *(degree[a] for a in node.args)))
+        for a in node.args:
+            own = ca.fmax(own, degree[a])
     change = 2 * values.spread / values.smallest
     own = ca.if_else(within(values.smallest, values.largest), ca.if_else(change < 1, change, 1), own)
     return ca.if_else(values.spread > 0, own, 0)
