@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import casadi as ca
 
@@ -21,24 +22,24 @@ class Range:
     radius: ca.SX | None = None  # None: exactly zero
     unseen: ca.SX | None = None
 
-    @property
+    @cached_property
     def spread(self) -> ca.SX:
         return ca.SX(0) if self.radius is None else self.radius
 
-    @property
+    @cached_property
     def low(self) -> ca.SX:
         return self.middle - self.spread
 
-    @property
+    @cached_property
     def high(self) -> ca.SX:
         return self.middle + self.spread
 
-    @property
+    @cached_property
     def smallest(self) -> ca.SX:
         """Return the smallest magnitude."""
         return _at_least(ca.fabs(self.middle) - self.spread, 0)
 
-    @property
+    @cached_property
     def largest(self) -> ca.SX:
         return ca.fabs(self.middle) + self.spread
 
