@@ -3,7 +3,11 @@
 The event loops are compiled before the workers start: once, side by side, and not in every worker. Linear algebra gets
 one thread: on a machine with as many workers as processors more of them wait for each other, for a hundred times as long
 as a small matrix takes. SymPy keeps more of what it has worked out, and Python looks less often for cyclic garbage among its
-many expressions. Interrupts reach the commands under test even where the run itself was told to ignore them.
+many expressions. Bytecode is kept even where the environment says otherwise: every worker would rewrite the assertions of
+all tests again, and every command under test compile the package. Machine code of scenes is compiled fast at first whatever
+its length, since most programs of tests run once; `tests/solve/test_drafts.py` shows that it ends at the same bits as the
+code compiled for speed, which takes its place in programs that run often. Interrupts reach the commands under test even where
+the run itself was told to ignore them.
 
 Of a family marked ``one_in(n)`` one member in n runs, drawn once and for all so that the members differ in as many of their
 parameters as possible; the others run with the long tests.
@@ -25,9 +29,15 @@ for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")  # read when NumPy is loaded, by the workers too
 os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")
 gc.set_threshold(100_000, 50, 100)
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in a shell's background jobs, whose children ignore it too
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+from symfric.codegen import functions  # noqa: E402  (what is set above is read when it is imported)
+
+functions._MANY = 0
 
 BELT = "sf.simulate(sf.scenes.mass_on_belt(v_b=0.2))"
 OTHERS = (

@@ -5,7 +5,6 @@ import doctest
 import importlib
 import inspect
 import re
-from collections import defaultdict
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 
@@ -14,6 +13,7 @@ import pytest
 
 import symfric as sf
 from docs.public_names import public_methods, public_names
+from tests.longer import longer
 
 NAMES = {name: thing for name, thing in public_names().items() if callable(thing)}
 FUNCTIONS = {name: thing for name, thing in NAMES.items() if not inspect.isclass(thing)}
@@ -96,34 +96,42 @@ def test_methods_tell_everything(name):
     assert missing(name, getattr(kind, method), example=not shown) == []
 
 
-def examples():
-    """Return the examples of all docstrings by the module that holds them."""
-    parser, found = doctest.DocTestParser(), defaultdict(list)
-    root = Path(sf.__file__).parents[1]
-    for path in sorted((root / "symfric").rglob("*.py")):
-        text = path.read_text(encoding="utf-8")
-        module = ".".join(path.relative_to(root).with_suffix("").parts)
-        for node in ast.walk(ast.parse(text)) if ">>>" in text else ():
-            if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module) and ">>>" in (
-                ast.get_docstring(node) or ""
-            ):
-                doc = ast.get_docstring(node)
-                known = {} if "import symfric" in doc else vars(importlib.import_module(module)).copy()
-                found[module].append(parser.get_doctest(doc, known, getattr(node, "name", module), str(path), 0))
-    return found
+ROOT = Path(sf.__file__).parents[1]
+EXAMPLES = {
+    ".".join(path.relative_to(ROOT).with_suffix("").parts): path
+    for path in sorted((ROOT / "symfric").rglob("*.py"))
+    if ">>>" in path.read_text(encoding="utf-8")
+}
 
 
-EXAMPLES = examples()
+def examples(module):
+    """Return the examples in the docstrings of a module."""
+    parser, path = doctest.DocTestParser(), EXAMPLES[module]
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        doc = isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module) and ast.get_docstring(node)
+        if doc and ">>>" in doc:
+            known = {} if "import symfric" in doc else vars(importlib.import_module(module)).copy()
+            yield parser.get_doctest(doc, known, getattr(node, "name", module), str(path), 0)
 
 
-@pytest.mark.parametrize("module", EXAMPLES)
+# other tests of the same functions run by default, and a starter file of `rocking`
+COSTLY = [
+    "symfric.design.damper.design",
+    "symfric.design.optimal_control.collocation",
+    "symfric.model.scenes.rocking",
+    "symfric.structures.onset",
+]
+
+
+@pytest.mark.parametrize("module", longer(EXAMPLES, COSTLY))
 def test_examples_run_and_print_what_they_say(module, tmp_path, monkeypatch):
     matplotlib.use("agg")
     import matplotlib.pyplot as plt
 
     monkeypatch.chdir(tmp_path)  # some write files
     runner, report = doctest.DocTestRunner(verbose=False), []
-    for test in EXAMPLES[module]:
+    for test in examples(module):
         runner.run(test, out=report.append)
         plt.close("all")
+    assert runner.tries > 0
     assert runner.failures == 0, "".join(report)

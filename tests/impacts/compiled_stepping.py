@@ -4,6 +4,7 @@ It is a copy in numba of `time_stepping.TimeStepping` and of what that takes fro
 give the same motion.
 """
 
+import functools
 import math
 
 import numba
@@ -225,7 +226,6 @@ _SIGNATURE = types.UniTuple(types.int64, 2)(
 )  # fmt: skip
 
 
-@numba.njit([_SIGNATURE], cache=False)
 def _run(core, watched, n, frictional, unilateral, numbers, values, start, horizon, steps, shown, path):
     n_c = frictional.size
     restitution, mu, mu_s = numbers[0], numbers[1], numbers[2]
@@ -311,6 +311,12 @@ def _run(core, watched, n, frictional, unilateral, numbers, values, start, horiz
     return OK, steps
 
 
+@functools.cache
+def _compiled():
+    """Return `_run` as machine code; when it is first called for, since compiling it takes longer than to collect all tests."""
+    return numba.njit([_SIGNATURE], cache=False)(_run)
+
+
 class CompiledStepping:
     """The motions of `TimeStepping`, for one structure and any values of its parameters."""
 
@@ -333,7 +339,7 @@ class CompiledStepping:
         """Return the coordinates at `shown` equal times up to the horizon, shape (shown, n); it must divide `steps`."""
         path = np.zeros((shown, self.e.n))
         numbers = np.array(self.e._coefficients(*values), dtype=float).reshape(3, -1)
-        status, at = _run(
+        status, at = _compiled()(
             self.core, self.watched, self.e.n, self.frictional, self.unilateral, numbers,
             np.array(values, dtype=float), np.array(start, dtype=float), float(horizon), steps, shown, path,
         )  # fmt: skip

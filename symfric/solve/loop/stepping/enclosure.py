@@ -91,8 +91,8 @@ def unseen(
     """
     box = ca.SX.sym("box", 2 * (n_x + 1))
     needed = _ancestors(nodes, wanted)
-    high = [n > order // 2 for n in degrees(nodes)]
-    products = any(high)
+    high = [n > order // 2 and node.op in (ca.OP_MUL, ca.OP_SQ) for n, node in zip(degrees(nodes), nodes, strict=True)]
+    rated = _ancestors(nodes, [i for i in needed if high[i]])
     ranges: dict[int, Range] = {}
     degree: dict[int, ca.SX] = {}
     for i in sorted(needed):
@@ -105,9 +105,9 @@ def unseen(
             ranges[i] = Range(box[k], box[n_x + 1 + k])
         else:
             ranges[i] = operation(node.op, [ranges[a] for a in node.args])
-        if products:
+        if i in rated:
             degree[i] = _degree(node, ranges[i], degree)
-        if high[i] and node.op in (ca.OP_MUL, ca.OP_SQ):
+        if high[i]:
             ranges[i] = judged(ranges[i], degree[i] <= order // 2, ranges[i].unseen)
     bounds = [ranges[i].unseen for i in wanted]
     sizes = _magnitudes(nodes, sorted(needed), ranges)
