@@ -12,7 +12,7 @@ import symfric
 ROOT = Path(symfric.__file__).parent
 PROJECT = Path(__file__).parents[1] / "pyproject.toml"
 EVIDENCE = Path(__file__).parents[1] / "derivations" / "evidence"
-IMPORTED_AS = {"pyharm-os": "pyharm", "scikit-sundae": "sksundae", "salib": "salib"}
+IMPORTED_AS = {"pillow": "pil", "pyharm-os": "pyharm", "scikit-sundae": "sksundae", "salib": "salib"}
 PARTS = {  # extras beside the dependencies of a part of the package
     "bench/peers": {"peers"},
     "report/explorer": {"explore"},
