@@ -90,3 +90,54 @@ def test_a_body_turns_about_the_foot_that_carries_more(seed):
     assert {e.kind for e in run.events} == {"slip"}
     errors = [np.max(np.abs(regularised(*given, eps) - run.final)) for eps in (1e-3, 1e-4)]
     assert errors[1] < max(0.35 * errors[0], 1e-6)
+
+
+def pile(seed):
+    """Return a body on three feet with another on three feet on it, both driven; turns are small."""
+    n, m, rng = 6, 6, np.random.default_rng(seed)
+    q, u = (sp.symbols(f"{s}:{n}", real=True) for s in "qu")
+    masses, springs = rng.uniform(0.6, 1.6, n), rng.uniform(0.1, 1.5, n) * (rng.random(n) < 0.8)
+    between = np.append(rng.uniform(0, 0.6, n - 1) * (rng.random(n - 1) < 0.5), 0.0)
+    damping, wave = rng.uniform(0, 0.1, n), rng.normal(size=n) * rng.uniform(0.3, 0.9)
+    steady, loads, mu = rng.normal(size=n) * 0.15, rng.uniform(0.3, 1.5, m), rng.uniform(0.2, 0.5, m)
+    rng.random(m), rng.uniform(0.6, 0.95, m)  # of scenes in which friction drops
+    swings = 0.3 * (rng.random(m) < 0.3)
+    belt, shake = (rng.normal(size=2) * 0.3 * (rng.random() < p) for p in (0.5, 0.4))
+    w = rng.uniform(0.5, 2.5)
+    rng.normal()
+    moves = rng.random() < 0.7
+    initial = np.append(
+        rng.normal(size=n) * (0.4 if moves else 0.3), rng.normal(size=n) * 0.6 if moves else np.zeros(n)
+    )
+    force = [steady[i] + wave[i] * sp.cos(w * t + i) - springs[i] * q[i] - damping[i] * u[i] for i in range(n)]
+    for i in range(n - 1):
+        force[i] -= between[i] * (q[i] - q[i + 1])
+        force[i + 1] += between[i] * (q[i] - q[i + 1])
+    angles = [0.3, 2.5, 4.4]
+    lower = [(math.cos(a), math.sin(a)) for a in angles]
+    contacts = []
+    for k in range(m):
+        a, b = lower[k % 3]
+        if k < 3:
+            slip = [
+                u[0] - b * u[2] - belt[0] - shake[0] * sp.cos(w * t),
+                u[1] + a * u[2] - belt[1] - shake[1] * sp.cos(w * t),
+            ]
+        else:
+            a, b = 0.6 * a, 0.6 * b
+            slip = [u[3] - b * u[5] - u[0] + (b - 0.1) * u[2], u[4] + a * u[5] - u[1] - (a + 0.2) * u[2]]
+        load = loads[k] * (1 + swings[k] * sp.cos(w * t))
+        contacts.append(sf.Contact(f"foot {k}", tuple(slip), load, sf.laws.coulomb(mu[k])))
+    system = sf.System(q, u, sp.diag(*masses.tolist()), force)
+    start = dict(zip([*q, *u], initial.tolist(), strict=True))
+    return sf.Scene(system, contacts, {}, start, 8.0, {"path": sf.Trajectory(), "events": sf.Events()})
+
+
+@pytest.mark.long(beside="test_a_body_turns_about_the_foot_that_carries_more")
+@pytest.mark.parametrize("seed", [1, 16])
+def test_a_body_turns_about_a_foot_at_rest_on_a_body_that_slides(seed):
+    scene = pile(seed)
+    loose, run = (sf.simulate(scene, tolerance=e).checked() for e in (1e-9, 1e-11))
+    assert loose.final == pytest.approx(run.final, abs=1e-8)
+    assert [e.kind for e in loose.events] == [e.kind for e in run.events]
+    assert run.energy_residual() < 1e-9
