@@ -140,11 +140,11 @@ def evaluator(flow: SlowFlow, expr: sp.Expr, values: Mapping[Key, float] | None)
             raise SceneError(f"{e} is not positive for these values; average the scene with them instead")
     compiled = numeric((flow.amplitude, *numbers), (expr,))
 
-    def value(A: Any) -> Any:
+    def at(A: Any) -> Any:
         (result,) = compiled(A, *numbers.values())
         return result.copy() if np.ndim(result) else float(result)
 
-    return value
+    return at
 
 
 def _where_it_bends(rate: Callable[..., Any]) -> float:
