@@ -114,12 +114,14 @@ def examples(module):
             yield parser.get_doctest(doc, known, getattr(node, "name", module), str(path), 0)
 
 
-# other tests of the same functions run by default, and a starter file of `rocking`
+# other tests of the same functions run by default
 COSTLY = [
     "symfric.design.damper.design",
     "symfric.design.optimal_control.collocation",
+    "symfric.model.scenes.plane",
     "symfric.model.scenes.rocking",
     "symfric.structures.onset",
+    "symfric.theory.plane.disc",
 ]
 
 

@@ -82,7 +82,7 @@ class SlowFlow(ArrayResult, Drawable):
 
     def __call__(self, A: Any, values: Mapping[Key, float] | None = None) -> Any:
         """Return the rate A' at amplitudes A, any shape, for other values of some parameters if given."""
-        return self._evaluate(self.rate, A, values)
+        return evaluator(self, self.rate, values)(A)
 
     def frequency_at(self, A: Any, values: Mapping[Key, float] | None = None) -> Any:
         """Return the frequency at amplitudes A, any shape.
@@ -97,21 +97,7 @@ class SlowFlow(ArrayResult, Drawable):
         -------
         float
         """
-        return self._evaluate(self.frequency, A, values)
-
-    def _evaluate(self, expr: sp.Expr, A: Any, values: Mapping[Key, float] | None) -> Any:
-        numbers = dict(self.values)
-        named = {s.name: s for s in numbers}
-        for key, value in (values or {}).items():
-            name = name_of(key)
-            if name not in named:
-                raise SceneError(f"{name} is no parameter of the slow flow{nearest(name, named)}")
-            numbers[named[name]] = float(value)
-        for e in self.positive:
-            if values and not float(e.subs(numbers)) > 0:
-                raise SceneError(f"{e} is not positive for these values; average the scene with them instead")
-        (result,) = numeric((self.amplitude, *numbers), (expr,))(A, *numbers.values())
-        return result.copy() if np.ndim(result) else float(result)
+        return evaluator(self, self.frequency, values)(A)
 
     def _draw(self, ax: Axes | None) -> Axes:
         ax = axes_for(ax)
@@ -132,6 +118,33 @@ class SlowFlow(ArrayResult, Drawable):
 
     def _repr_html_(self) -> str:
         return html_table("SlowFlow", {**self.to_dict(), "rate": self.rate, "frequency": self.frequency})
+
+
+def evaluator(flow: SlowFlow, expr: sp.Expr, values: Mapping[Key, float] | None) -> Callable[[Any], Any]:
+    """Return an expression of a slow flow as a function of amplitudes, any shape, for other values of some parameters.
+
+    Raises
+    ------
+    SceneError
+        If a name is no parameter, or if averaging does not hold for the values.
+    """
+    numbers = dict(flow.values)
+    named = {s.name: s for s in numbers}
+    for key, value in (values or {}).items():
+        name = name_of(key)
+        if name not in named:
+            raise SceneError(f"{name} is no parameter of the slow flow{nearest(name, named)}")
+        numbers[named[name]] = float(value)
+    for e in flow.positive:
+        if values and not float(e.subs(numbers)) > 0:
+            raise SceneError(f"{e} is not positive for these values; average the scene with them instead")
+    compiled = numeric((flow.amplitude, *numbers), (expr,))
+
+    def at(A: Any) -> Any:
+        (result,) = compiled(A, *numbers.values())
+        return result.copy() if np.ndim(result) else float(result)
+
+    return at
 
 
 def _where_it_bends(rate: Callable[..., Any]) -> float:

@@ -19,7 +19,7 @@ import sympy as sp
 from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.model import scenes
-from symfric.model.arguments import flag, instance, whole
+from symfric.model.arguments import instance, whole
 from symfric.model.laws import Law
 from symfric.model.public_names import names_of
 from symfric.model.scene import Scene
@@ -27,6 +27,7 @@ from symfric.model.symbols import positive, shortened
 from symfric.search import zero
 from symfric.spelling import spelt
 from symfric.theory.belt.scene import cubic_parameters
+from symfric.theory.closed_form import closed_form
 
 __all__ = ["SYMBOLS", "WavinessSymbols", "drag", "onset_speed", "sinusoidal_onset_speed", "slip_over_a_wave"]
 _NODES = 256  # of the midpoint rule over a wave, which converges like a power series
@@ -109,7 +110,16 @@ def onset_speed(scene: Scene) -> float:
     return float(np.pi / 2 * np.sqrt(4 * hill / (1 - rest)) / ellipkm1(rest))
 
 
-@alone(SYMBOLIC)
+def _of_weak_waves(formula: sp.Expr, scene: Scene | None = None) -> float:
+    """Return the number, if the waves are weak."""
+    given = _numbers(scene)
+    speed = complex(formula.subs({s: given[s.name] for s in formula.free_symbols}))
+    if speed.imag != 0.0 or speed.real <= 0.0:
+        raise NotFound("no belt speed belongs to harmonic fast slip at the limit; see onset_speed, which needs none")
+    return speed.real
+
+
+@closed_form(_of_weak_waves)
 def sinusoidal_onset_speed(scene: Scene | None = None, *, symbolic: bool = False) -> float | sp.Expr:
     r"""Return the same for waves so weak that the fast slip is harmonic, of the amplitude ``q = F/(k v_b)``.
 
@@ -147,15 +157,7 @@ def sinusoidal_onset_speed(scene: Scene | None = None, *, symbolic: bool = False
     """
     s = SYMBOLS
     square = _onset_square(s.beta, s.gamma2, s.mu_s, s.mu_m, s.v_m)
-    formula = sp.sqrt((square + sp.sqrt(square**2 - 2 * (s.F / s.k) ** 2)) / 2)
-    if flag(symbolic, "symbolic"):
-        return formula
-    given = _numbers(scene)
-    square = _onset_square(*(given[name] for name in _CUBIC))
-    inner = square**2 - 2 * (given["F"] / given["k"]) ** 2
-    if square <= 0 or inner < 0:
-        raise NotFound("no belt speed belongs to harmonic fast slip at the limit; see onset_speed, which needs none")
-    return float(np.sqrt((square + np.sqrt(inner)) / 2))
+    return sp.sqrt((square + sp.sqrt(square**2 - 2 * (s.F / s.k) ** 2)) / 2)
 
 
 @alone(SYMBOLIC)

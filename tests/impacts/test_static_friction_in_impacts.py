@@ -30,6 +30,7 @@ def landing_bar(angle, law):
     return sf.simulate(sf.Scene(system, [contact], {}, start, 0.5), tolerance=1e-11)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("angle", [-0.7, -0.4, 0.3, 0.6])
 @pytest.mark.parametrize("static", [0.2, 0.5, 1.2])
 def test_a_bar_that_lands_without_slip_is_held_by_static_friction(angle, static):
@@ -52,6 +53,7 @@ def struck_body(places, heights, law, bounces, velocities):
     return run.status, run.final[3:]
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("resting", [0, 1, 2])
 def test_contacts_that_rest_and_slide_in_one_impact(resting):
     """Against all combinations of what two contacts do; `resting` of them have no slip."""

@@ -153,6 +153,7 @@ def test_a_block_let_go_loses_speed_as_housner_says(alpha, theta0):
     assert times[0] == pytest.approx(np.sum(0.5 * x[1] * 2 * theta0 * s / w), rel=1e-9)
 
 
+@pytest.mark.long(beside="test_a_block_let_go_loses_speed_as_housner_says")
 def test_a_block_rocks_where_the_ground_pulls_harder_than_its_slope():
     alpha = 0.25
     ramp = sf.Signal([0.0, 10.0], 2.0)  # the ground is pulled away ever harder

@@ -94,19 +94,19 @@ def agrees(seed):
     assert run.energy_residual() < 1e-10
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.long(beside="test_coupled_springs_stop_where_two_methods_say")
 @pytest.mark.parametrize("seed", [1, 10, 22])
 def test_random_scenes_against_a_foreign_simulator(seed):
     agrees(seed)
 
 
-@pytest.mark.long(beside="test_random_scenes_against_a_foreign_simulator")
+@pytest.mark.long(beside="test_coupled_springs_stop_where_two_methods_say")
 @pytest.mark.parametrize("seed", range(40, 340))
 def test_more_random_scenes_against_a_foreign_simulator(seed):
     agrees(seed)
 
 
-@pytest.mark.long(beside="test_random_scenes_against_a_foreign_simulator")
+@pytest.mark.long(beside="test_coupled_springs_stop_where_two_methods_say")
 @pytest.mark.parametrize("first", range(1000, 3000, 100))
 def test_hundreds_of_random_scenes_are_limits_of_regularised_ones(first):
     """At speeds of regularisation down to 1e-6 the difference falls with each of them, and tolerances agree."""

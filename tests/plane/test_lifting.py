@@ -292,6 +292,7 @@ def test_derivatives_pass_impacts_and_flights(law, e):
         assert run.output_sensitivities["far"][name] == pytest.approx((a["far"] - b["far"]) / (2 * step), abs=1e-6)
 
 
+@pytest.mark.long(beside="test_derivatives_pass_impacts_and_flights")
 def test_limit_cycle_with_flights():
     scene = driven(0.05, "coulomb", COUPLED).where({"a": 1.15})
     orbit = sf.limit_cycle(scene)
@@ -346,7 +347,7 @@ def test_contacts_without_friction_have_no_slip():
     assert sf.simulate(scene).checked().final[3:5].tolist() == [1.0, 1.0]
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_tolerances_agree_and_energy_balances")
 @pytest.mark.parametrize("slip", [u, (u, v)], ids=["along a line", "in the plane"])
 def test_a_body_strikes_beside_a_closed_contact_at_any_tolerance(slip):
     """Rounding leaves the closed contact a rate below zero, which was taken for a stroke: no mode agreed with it."""

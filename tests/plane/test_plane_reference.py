@@ -124,6 +124,7 @@ def test_regularised_incline_creeps_with_the_speed_eps():
     assert [a / b for a, b in zip(errors, errors[1:], strict=False)] == pytest.approx([10, 10], rel=0.1)
 
 
+@pytest.mark.long(beside="test_random_scenes_are_the_limit_of_regularised_ones")
 def test_shaken_incline_sticks_and_slips_like_the_regularised_one():
     mu = 1.5 * math.tan(SLOPE)
     problem = incline(SLOPE, 1.3 * mu, mu, [0.2, 0.3], horizon=3.0, shake=(0.2, 0.9), frequency=6.0)
@@ -165,6 +166,7 @@ def test_the_compiled_regularised_scenes_are_the_same(seed):
         assert compiled(scene, eps) == pytest.approx(regularised(scene.problem(), eps, 1e-9), abs=1e-8)
 
 
+@pytest.mark.long(beside="test_random_scenes_are_the_limit_of_regularised_ones")
 def test_a_looser_tolerance_gives_the_same_events():
     problem = drawn(10).problem()
     tight, loose = (Simulator(problem, tolerance).run() for tolerance in (1e-12, 1e-10))

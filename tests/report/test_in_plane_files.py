@@ -223,6 +223,7 @@ def test_commands_take_such_files(path, tmp_path):
     assert data["motion"]["outputs"]["fastest"] > 0.1
 
 
+@pytest.mark.long(beside="test_the_page_shows_vectors_and_the_path")
 def test_the_explorer_shows_such_a_scene(path):
     assert explorer(read_scene_file(path))
 
@@ -293,6 +294,7 @@ Omega = "1/s"
 """
 
 
+@pytest.mark.long(beside="test_a_file_means_the_scene_in_python")
 def test_a_file_of_a_contact_in_the_plane_that_opens(tmp_path):
     file = tmp_path / "tray.toml"
     file.write_text(TRAY)

@@ -172,6 +172,22 @@ def test_at_many_instants_where_surfaces_meet_no_further_contact_can_stick(seed,
     check(parted(seed), route, range(30))
 
 
+@pytest.mark.parametrize("route", ROUTES)
+def test_parallel_contacts_stick_again_together(route):
+    """Two contacts on one mass stop while a third lets go: neither alone can hold the mass beside the other's slip."""
+    assert check(Structure(random_rows(29)), route, [11])[0] > 0
+
+
+@pytest.mark.parametrize("route", ROUTES[:2])
+def test_what_stops_with_another_sticks_though_rounding_has_left_it_a_speed(route):
+    """Three contacts on one mass stop at once; the zero of two of them makes that of the third, which was not found."""
+    assert check(Structure(random_rows(26)), route, [9])[0] > 0
+
+
+def test_of_two_contacts_whose_surfaces_part_the_one_that_can_sticks():
+    assert check(parted(9), "integrators", [3])[0] > 0
+
+
 @pytest.mark.one_in(2)
 @pytest.mark.parametrize("n", [2, 3])
 def test_what_sticks_does_not_depend_on_the_order_of_the_contacts(n):

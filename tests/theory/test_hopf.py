@@ -10,7 +10,6 @@ from symfric.theory.equilibrium import solve
 from symfric.theory.hopf import hopf, multilinear
 from symfric.theory.sliding import field_of
 from symfric.theory.stability import linearise
-from tests.longer import longer
 
 
 def two_masses(law, mass=((1.0, 0.0), (0.0, 2.0))):
@@ -87,13 +86,15 @@ def test_exponential_belt_is_subcritical():
 STRIBECK, CUBIC = sf.laws.stribeck(0.4, 0.25, 0.3), sf.laws.cubic(0.4, 0.25, 0.5)
 
 
-@pytest.mark.parametrize("law", longer([STRIBECK, CUBIC], [CUBIC]))
+@pytest.mark.long(beside="test_exponential_belt_is_subcritical")
+@pytest.mark.parametrize("law", [STRIBECK, CUBIC])
 def test_two_masses_against_the_motion(law):
     scene = two_masses(law)
     point = hopf(scene, "v_b", (0.1, 0.9))
     assert brute_force(scene, point, 0.02) == pytest.approx(point.first_lyapunov, rel=2e-4)
 
 
+@pytest.mark.long(beside="test_exponential_belt_is_subcritical")
 def test_position_dependent_mass_against_the_motion():
     x = sp.Symbol("x", real=True)
     mass = [[1 + x / 2, x / 5], [x / 5, 2 + x**2]]

@@ -16,7 +16,7 @@ from symfric.scenefile import SceneFile
 from symfric.theory import belt
 from symfric.theory.averaging import average
 from symfric.theory.belt.scene import SYMBOLS, numbers
-from symfric.theory.slow_flow import SlowFlow, stationary
+from symfric.theory.slow_flow import SlowFlow, evaluator, stationary
 
 FINE = 201  # most points of a curve
 RARE = 16  # most values for numeric slow flows, each built anew; a symbolic one serves all values
@@ -81,7 +81,7 @@ def _amplitudes(scene: Scene, flow: SlowFlow, parameter: str, value: float) -> l
             pairs = flow.amplitudes, flow.stable
         else:
             numbers = {parameter: value}
-            pairs = stationary(lambda a: flow(a, numbers), _edges(flow, numbers))
+            pairs = stationary(evaluator(flow, flow.rate, numbers), _edges(flow, numbers))
     except (SceneError, NotFound):
         return []
     return [(float(a), bool(s)) for a, s in zip(*pairs, strict=True)]

@@ -140,12 +140,11 @@ class Rest:
             m[wrong[int(np.argmin(rates))]] = 1.0
 
     def idle(self, m: np.ndarray, i: int) -> bool:
-        """Whether the slip of contact i cannot start while the others stick."""
-        trial = m.copy()
+        """Whether the slip of contact i cannot start while the others stick, unless their surfaces part."""
+        trial, sticking = m.copy(), np.flatnonzero(m[: len(self.rows)])
         trial[i] = FOLLOWS
-        return (
-            bool(self.automaton.dependent[i])
-            and self.marked(trial, tuple(np.flatnonzero(m[: len(self.rows)])))[i] == FOLLOWS
+        return any(self.automaton.parallels[i] == self.automaton.parallels[j] for j in sticking) or (
+            bool(self.automaton.dependent[i]) and self.marked(trial, tuple(sticking))[i] == FOLLOWS
         )
 
     def with_followers(self, m: np.ndarray, still: list[int]) -> np.ndarray:

@@ -180,8 +180,10 @@ def next_mode(
     selected = next((mode for mode in map(completed, likely) if mode is not None), None)
     if selected is not None:
         for i in sorted((i for i in still if automaton.sticks[i]), key=lambda i: (i not in before, -pull[i])):
-            more = None if selected[i] else completed(here.with_followers(_at_rest(automaton, selected, [i]), still))
-            selected = selected if more is None else more
+            if not selected[i]:
+                alone = _at_rest(automaton, selected, [i])
+                held = map(completed, (here.with_followers(alone, still), alone))
+                selected = next((mode for mode in held if mode is not None), selected)
         return selected
     ordered = sorted(still, key=partial(_room, here.guards(here.marked(rest))))
     trials = itertools.islice(_trials(automaton, rest, ordered), _MOST_TRIALS)

@@ -88,7 +88,7 @@ def _try_to_hold(w: LoopArrays, n_x: int, n_c: int, horizon: float) -> None:
         w.m[i] = FOLLOWS
         share(w, n_c)
         if alone and w.m[i] == HOLDS:
-            _hold_followers(w, n_c)
+            _hold_followers(w, n_c, i)
         holds = (w.m[i] != HOLDS or alone) and _holds(w, n_x, n_c, horizon)
         if not holds or (loaded and _reached(w, i) and not _is_clear(w, n_x, n_c)):
             for k in range(sign(0, n_c)):
@@ -99,10 +99,14 @@ def _try_to_hold(w: LoopArrays, n_x: int, n_c: int, horizon: float) -> None:
 
 
 @compiled
-def _hold_followers(w: LoopArrays, n_c: int) -> None:
-    """Let the contacts at rest stick whose slips follow from those that stick: they may bear a part of the forces."""
+def _hold_followers(w: LoopArrays, n_c: int, i: int) -> None:
+    """Let the contacts at rest stick whose slips follow from those that stick: they may bear a part of the forces.
+
+    Contacts parallel to contact i, which sticks on trial, are among them.
+    """
     for j in range(n_c):
-        if w.selection.zero[j] and w.m[j] < 0.5 and w.contacts.sticks[j] and w.contacts.depends[j]:
+        follows = w.contacts.depends[j] or w.contacts.parallel[j] == w.contacts.parallel[i]
+        if w.selection.zero[j] and w.m[j] < 0.5 and w.contacts.sticks[j] and follows:
             w.m[j] = FOLLOWS
             share(w, n_c)
             if w.m[j] == HOLDS:

@@ -55,9 +55,14 @@ def try_sticking(w: LoopArrays, n_x: int, n_c: int) -> None:
     if projected or passing:  # then the slips of dependent contacts are zero too
         measure(w, w.y, w.gauge)
         _find_zeros(w, n_c)
+    stopped = False
     for i in range(n_c):
         if w.m[i] != 0.0 and w.contacts.anchor[i] >= 0 and not _is_stopped(w, i):
             w.y[w.contacts.anchor[i]] -= w.gauge[SLIP, i] / w.contacts.factor[i]
+            stopped = True
+    if w.limits.coupled and stopped:  # so are those of others by the same velocities
+        measure(w, w.y, w.gauge)
+        _find_zeros(w, n_c)
     if w.limits.coupled and sticking > 0 and w.planes.rests.size == 0 and w.openings.variable.size == 0:
         measure(w, w.y, w.gauge)
         for i in range(n_c):
