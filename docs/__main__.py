@@ -27,6 +27,7 @@ def main() -> int:
     os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [*map(str, own), os.environ.get("PYTHONPATH")]))
     for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(name, "1")  # small matrices; more threads wait for each other where others work too
+    os.environ.setdefault("SYMPY_CACHE_SIZE", "20000")  # it keeps more of what it has worked out
     os.environ["SYMFRIC_PROGRESS"] = "0"  # no bars among the outputs of the pages
     os.environ["SYMFRIC_DOCS_FRESH"] = "yes" if arguments.fresh else ""
     doctrees = str(arguments.out.parent / "doctrees")

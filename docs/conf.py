@@ -9,6 +9,9 @@ sys.path[:0] = [str(FOLDER.parent), str(FOLDER.parent / "derivations" / "evidenc
 
 import symfric  # noqa: E402
 from docs.kept import sources_key  # noqa: E402
+from docs.once import prepare_for_pages  # noqa: E402
+
+prepare_for_pages()
 
 project = "symfric"
 author = "the symfric developers"

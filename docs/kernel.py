@@ -88,7 +88,9 @@ def _load() -> None:
     for module in ("ipykernel.ipkernel", "ipykernel.kernelapp", "matplotlib.pyplot", "xarray"):
         importlib.import_module(module)
     import symfric as sf
+    from docs.once import prepare_for_pages
 
+    prepare_for_pages()
     sf.limit_cycle(sf.scenes.mass_on_belt(v_b=0.2))
 
 

@@ -13,8 +13,9 @@ quake = sf.motions.synthetic(duration=10.0, dt=0.02, seed=3, pga=1.0, unit="g")
 block = sf.scenes.rocking_block(R=hypot(half_width, half_height), alpha=alpha, motion=quake, mu=0.8)
 print(f"rocks above {tan(alpha):.2f} g at the peak")
 
-for pga in (0.2, 0.4, 0.8):
-    run = sf.simulate(block.where({"amplitude": pga}))
+program = sf.prepare(block)
+runs = {pga: program.run({"amplitude": pga}) for pga in (0.2, 0.4, 0.8)}
+for pga, run in runs.items():
     tilt = run["largest_tilt"]
     words = f"tilts by {tilt / alpha:.2f} of the angle at which it falls" if tilt > 1e-9 else "stands still"
     words = "falls over" if tilt > pi / 2 - 0.01 else words

@@ -1,6 +1,7 @@
 """Which brings a pendulum to rest: its bearing, the oil or the air? Dry, viscous and quadratic damping from one decay.
 
 The record is made here: a swing of 0.2 rad, two minutes long, read by an encoder of 4096 steps a turn.
+No published value was found to compare with: the values are those that the record was made with.
 """
 
 import numpy as np

@@ -2,6 +2,7 @@
 
 A finite element model of 296 degrees of freedom in dimensionless units; the pad touches the disc at seven pairs of
 nodes, each of which sticks, slips and opens by itself.
+No published value was found for this model; the reduced model is compared with the whole one.
 """
 
 import sympy as sp

@@ -28,7 +28,10 @@ gear = sf.Scene(
 )
 for speed in (0.5, 1.5, 2.5):
     found = sf.stability(gear.where({v_p: speed}))
-    print(f"{speed:.1f} m/s: {'smooth' if found.stable else 'chatters'}, growth rate {-found.margin:+.2f} 1/s")
+    slope = fit.slope_below if speed < fit.corner else fit.slope_above
+    told = -slope * 2000.0 / (2 * 0.8) - 0.006 * 2 * np.pi * 320.0
+    words = "smooth" if found.stable else "chatters"
+    print(f"{speed:.1f} m/s: {words}, growth rate {-found.margin:+.4f} 1/s, closed form {told:+.4f} 1/s")
 
 needed = (
     -fit.slope_below * 2000.0 / (2 * 0.8 * 2 * np.pi * 320.0)

@@ -2,6 +2,7 @@
 
 The support is inclined: the drag of the disc takes load off the pad. Dimensionless: mass, stiffness along the disc and
 the pressing force are one.
+No published value was found to compare with.
 """
 
 import symfric as sf

@@ -3,6 +3,7 @@
 On a test rig the controller is hardware and the brake a model in steps of fixed length: the load on the pad is a
 parameter that may change between two steps. Here the controller is a few lines of Python; with the C code that
 `sf.export.write_c` writes, the same steps take about a microsecond each.
+No published value was found to compare with; the steps are compared with the event-driven motion.
 """
 
 import tempfile

@@ -1,6 +1,7 @@
 """Which friction law does a stick-slip rig have? Fitted to the noisy displacement that a gauge recorded.
 
 Half a kilogram on a leaf spring is pressed on a belt by 20 N; the gauge shows millimetres, with an unknown offset.
+No published value was found to compare with: the record is compared with two laws.
 """
 
 from pathlib import Path

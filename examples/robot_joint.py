@@ -1,6 +1,7 @@
 """How much friction has a robot joint, and how stiff is it before it slips? LuGre's law from torque and encoder.
 
 The joint swings back and forth under a motor torque of 1.2 N m; its encoder resolves 0.1 mrad.
+No published value was found to compare with: the values are those that the record was made with.
 """
 
 import numpy as np

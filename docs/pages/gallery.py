@@ -12,6 +12,7 @@ import matplotlib
 
 from docs.files import put
 from docs.kept import kept
+from symfric.report.study.drawing.axes import png
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 _PRINTED = '''"""What the script prints."""
@@ -85,7 +86,7 @@ def _script(name: str, path: Path, folder: Path) -> Shown:
     with matplotlib.rc_context({"figure.constrained_layout.use": True, "figure.figsize": (6.4, 3.8)}):
         exec(compile(code[2], str(drawing), "exec"), names)
         (folder / "made").mkdir(parents=True, exist_ok=True)
-        plt.gcf().savefig(folder / image, dpi=130)
+        (folder / image).write_bytes(png(plt.gcf()))
     plt.close("all")
     title, _, words = (names["__doc__"] or name).strip().partition("\n\n")
     shown = code[2].strip() if drawing.is_file() else ""

@@ -18,6 +18,7 @@ from symfric.locks import SYMBOLIC, alone
 
 _LONG = 4000  # instructions of a function that is called seldom, beyond which compiling takes longer than it saves
 _MANY = 3000  # instructions of a scene from which on they are compiled fast at first
+_SHARED = 2  # level of optimisation of shared functions: they are never compiled again, and long runs need them fast
 Code = ca.Function | Written | Drafted
 _FORMAT = 8  # version of the generated code, part of the cache key
 _provided: dict[tuple[str, ...], object] = {}  # engines of shared functions, by their names
@@ -117,8 +118,8 @@ def _provide(shared: Shared) -> None:
     """Make shared functions known to all code that is linked later."""
     if shared.names in _provided:
         return
-    key = _key([shared.key])
-    _provided[shared.names] = engine = link(load(key) or _compiled(key, shared.write(), 2))
+    key = _key([str(_SHARED), shared.key])
+    _provided[shared.names] = engine = link(load(key) or _compiled(key, shared.write(), _SHARED))
     for name in shared.names:
         llvm.add_symbol(name, engine.get_function_address(name))
 

@@ -140,3 +140,21 @@ def test_the_rules_of_a_table_are_compiled_once(monkeypatch):
     kinds = len(made)
     sf.simulate(two_masses(), 3e-10, route="taylor")
     assert len(made) == kinds + 1
+
+
+ENGINES = []  # of rules: code that is linked to them must find them as long as the process lives
+
+
+@pytest.mark.one_in(2)
+@pytest.mark.usefixtures("own_rules")
+@pytest.mark.parametrize("name", SCENES)
+def test_rules_that_are_compiled_fast_end_at_the_same_bits(name, monkeypatch):
+    monkeypatch.setattr(expansion, "LONG", 0)
+    found = []
+    for level in (2, 0):
+        ENGINES.append({})
+        monkeypatch.setattr(functions, "_SHARED", level)
+        monkeypatch.setattr(functions, "_provided", ENGINES[-1])
+        found.append(bits(sf.simulate(SCENES[name](), 1e-10, route="taylor")))
+    assert len(ENGINES[-1]) == len(ENGINES[-2]) > 5
+    assert found[0] == found[1]

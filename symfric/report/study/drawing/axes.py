@@ -4,7 +4,7 @@ import base64
 import io
 import logging
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import sympy as sp
@@ -23,6 +23,7 @@ COLOURS = (BLUE, ORANGE, GREEN, "#7048a8", RED, "#0b7285")
 SIZE = (5.4, 3.5)  # inches, so that letters stay legible on a narrow screen
 WIDE = (7.0, 4.2)  # of figures that a page shows in their full size
 _LONGEST = 16  # letters of a name on an axis
+_DOTS = 120  # of a PNG, per inch
 
 
 def label(name: str, units: Mapping[str, str], unit: str | None = None) -> str:
@@ -74,18 +75,34 @@ def tidy(ax: Axes) -> Axes:
 
 def to_svg(ax: Axes) -> str:
     """Return the figure of an Axes as a data URI; text as shapes, so that it looks the same everywhere."""
-    content = _saved(ax.figure, "svg", metadata={"Date": None, "Creator": None})
+    content = _saved(ax.figure, _svg)
     return "data:image/svg+xml;base64," + base64.b64encode(content).decode("ascii")
 
 
 def png(figure: Figure) -> bytes:
     """Return a figure as the content of a PNG file."""
-    return _saved(figure, "png", dpi=120)
+    return _saved(figure, _png)
+
+
+def _svg(figure: Any, stream: io.BytesIO) -> None:
+    from matplotlib.backends.backend_svg import FigureCanvasSVG
+
+    FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None, "Creator": None})
+
+
+def _png(figure: Any, stream: io.BytesIO) -> None:
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+    figure.set_dpi(_DOTS)
+    FigureCanvasAgg(figure).print_png(stream)
 
 
 @alone(DRAWING)
-def _saved(figure: Any, kind: str, **options: Any) -> bytes:
-    """Return the content of a figure file, without warnings on letters that the font lacks."""
+def _saved(figure: Any, write: Callable[[Any, io.BytesIO], None]) -> bytes:
+    """Return the content of a figure file, without warnings on letters that the font lacks.
+
+    The canvas writes it, since `savefig` draws a figure with a layout twice.
+    """
     from matplotlib import rc_context
 
     stream, log = io.BytesIO(), logging.getLogger("matplotlib.mathtext")
@@ -95,7 +112,7 @@ def _saved(figure: Any, kind: str, **options: Any) -> bytes:
         # a permanent filter: restoring the previous ones would not be thread-safe
         warnings.filterwarnings("ignore", r"Glyph \d+ .*missing from", UserWarning)
         with rc_context({"svg.fonttype": "path", "svg.hashsalt": "symfric", "path.simplify_threshold": 0.3}):
-            figure.savefig(stream, format=kind, **options)
+            write(figure, stream)
     finally:
         log.setLevel(level)
     return stream.getvalue()

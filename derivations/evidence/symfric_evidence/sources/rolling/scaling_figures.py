@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from symfric.motions import Motion, mean_spectrum
+from symfric.motions import Motion
 from symfric.motions.synthetic import eurocode8
 from symfric.theory.scaling import factors
 from symfric_evidence.sources.panels import FigureData, Panel, PanelCurve, figure_entry
@@ -87,9 +87,10 @@ def figure_2(_inputs: Inputs) -> FigureData:
 def figure_3(inputs: Inputs) -> FigureData:
     """Return the spectra of the motions, their mean and the target."""
     motions = _motions(inputs)
-    single = [m.spectrum(PERIODS).pseudo_acceleration / m.pga for m in motions]
-    mean = mean_spectrum(motions, PERIODS).pseudo_acceleration
-    mean = mean / mean_spectrum(motions, [PERIODS[0]]).pseudo_acceleration[0] * np.mean([s[0] for s in single])
+    spectra = [m.spectrum(PERIODS).pseudo_acceleration for m in motions]
+    single = [s / m.pga for s, m in zip(spectra, motions, strict=True)]
+    mean = np.mean(spectra, axis=0)
+    mean = mean / mean[0] * np.mean([s[0] for s in single])
     target = eurocode8(PERIODS)
     curves = [PanelCurve("single motions", PERIODS, s, 1, dash="dotted") for s in single]
     curves += [
