@@ -283,12 +283,25 @@ def step_of(
         A, rest = np.vstack([A, row / length]), np.append(rest, along / length)
     if not (np.all(np.isfinite(A)) and np.all(np.isfinite(rest))):
         raise NotFound("the orbit has no derivatives: it grazes, or a law with an infinite slope comes to rest on it")
-    try:
-        step = np.linalg.solve(A, rest)
-    except np.linalg.LinAlgError:  # singular, or fewer equations than unknowns
-        step = np.linalg.lstsq(A, rest, rcond=None)[0]
+    step = _solution(A, rest, system.flow.closed)
     rounding = np.abs(step) <= _ROUNDING * max(1.0, np.max(np.abs(step)))
     return size * np.where(rounding, 0.0, step)  # changes below rounding are zero, so that a body at rest stays at rest
+
+
+def _solution(A: np.ndarray, b: np.ndarray, error: float) -> np.ndarray:
+    """Return the solution of ``A x = b``, the shortest if A is not square, or singular up to its relative error.
+
+    So it is where a body that friction holds for good may rest at any place: the map over a period is the identity
+    there, but for the error of the motion.
+    """
+    if A.shape[0] == A.shape[1]:
+        try:
+            x = np.linalg.solve(A, b)
+        except np.linalg.LinAlgError:
+            x = np.full(A.shape[1], np.inf)
+        if np.max(np.abs(b)) >= error * A.shape[1] * np.max(np.abs(A)) * np.max(np.abs(x)):
+            return np.asarray(x)
+    return np.asarray(np.linalg.lstsq(A, b, rcond=A.shape[1] * error)[0])
 
 
 def _across(passage: Passage) -> np.ndarray:
