@@ -21,12 +21,14 @@ import numpy as np
 from symfric.errors import NotFound
 from symfric.orbits.flow_map import FlowMap
 from symfric.orbits.passages import Passage
+from symfric.orbits.sizes import LEAST
 
 MOST_STEPS = 25  # of Newton's method
 _HALVINGS = 6  # most halvings of a Newton step that does not reduce the residual
 _LONGER = 10.0  # ratio of the period of a trial to that of the guess, or its inverse, beyond which it is another orbit
 _STEP = 1e-6  # finite-difference step relative to the sizes of the unknowns
 _ROUNDING = 1e-15  # change relative to a step, and to the sizes of the unknowns, that is rounding only
+_STILL = 64 * float(np.finfo(float).eps) / LEAST  # residual relative to the range of a state that does not move: rounding
 _NARROW = 1e-6  # least size of a parameter, relative to its span
 _STUCK = "Newton's method on the map over a period does not converge from this guess"
 
@@ -329,6 +331,12 @@ def scaled_slopes(point: Point, size: np.ndarray, scale: np.ndarray | None = Non
 
 
 def misfit(point: Point) -> float:
-    """Return the largest residual relative to the ranges of the states; a large number if one is not finite."""
-    worst = float(np.max(np.abs(point.rest) / scale_of(point)))
+    """Return the largest residual relative to the ranges of the states; a large number if one is not finite.
+
+    A state that does not move, such as a place of a body that only turns, comes back up to the rounding of the others.
+    """
+    away, passage = np.abs(point.rest) / scale_of(point), point.passage
+    still = np.flatnonzero(passage.high - passage.low < passage.ranges)
+    away[still] = np.where(away[still] <= _STILL, 0.0, away[still])
+    worst = float(np.max(away))
     return worst if np.isfinite(worst) else np.inf
