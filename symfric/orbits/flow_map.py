@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import sympy as sp
 
-from symfric.errors import SceneError
+from symfric.errors import NotFound, SceneError
 from symfric.locks import SYMBOLIC, alone
 from symfric.lower.automaton import Automaton, lower
 from symfric.lower.mode_layout import backward, forward, slip_gap
@@ -73,6 +73,10 @@ class FlowMap:
         Largest gap between end and start of a periodic orbit, relative to the ranges of the states.
     springs : dict of int to ndarray
         Slopes of the slips (n,) that stretch the springs of contacts, by the places of these among the states.
+    lines : tuple of Contact
+        Those along lines; one in the plane is there twice, once for each component of its slip.
+    planes : frozenset of int
+        Indices of those in the plane among `lines`.
     openings : tuple of int
         Numbers, in events, of the contacts that open, in the order of the last rows of `Passage.gaps`.
     n_lifts : int
@@ -92,7 +96,8 @@ class FlowMap:
         self.parameters = tuple(parameters)
         self.states = tuple(s.name for s in scene.system.states)
         self.contacts = tuple(c.name for c in in_order(scene.contacts))
-        self.lines = tuple(c for c in scene.contacts if c.along_line)
+        self.lines = tuple(c for c in in_order(scene.contacts) if c.along_line)
+        self.planes = frozenset(i for i, c in enumerate(self.lines) if c.in_plane)
         self.tolerance = tolerance
         self.springs = _springs_of(scene)
         rows = [Row(RANGE, s) for s in scene.system.states]
@@ -132,7 +137,15 @@ class FlowMap:
         self, y: np.ndarray, values: dict[str, float], time: float, contact: int, way: int, sticks: bool
     ) -> Guard:
         """Return what is left, at a time, until a contact that slips in direction `way` stops, or one that sticks slips
-        in the other direction."""
+        in the other direction.
+
+        Raises
+        ------
+        NotFound
+            If the contact slides in the plane: it has no other direction.
+        """
+        if contact in self.planes:
+            raise NotFound("a contact in the plane does not slip in one of two directions")
         passage, p, mode = self._follow(y, values, time, None)
         self._put(mode, contact, way, sticks)
         parts = [np.array(e).ravel() for e in self._guards(passage.end, time, p, mode)]

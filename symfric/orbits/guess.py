@@ -10,6 +10,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
 from symfric.orbits.flow_map import FlowMap
 from symfric.orbits.recurrence import level_of, nearest_return, passages
+from symfric.orbits.sizes import filled
 from symfric.solve.run import Run
 from symfric.solve.status import Status, early_end
 
@@ -116,7 +117,7 @@ def guess_of(run: Run, forcing: float | None) -> Guess:
             f"the motion waits and moves on by turns of more than {_MOST} periods of the excitation or the sampling, "
             "and has no cycle as short as these; look at the motion itself"
         )
-    turns = nearest_return(returns, np.maximum(np.ptp(late, axis=1), 1e-300))
+    turns = nearest_return(returns, filled(np.ptp(late, axis=1), len(run.base.system.q)))
     return Guess(returns[:, -1], 0.0, turns, turns)
 
 
@@ -158,13 +159,14 @@ def _of_free(run: Run) -> Guess:
     shrinking = bool(np.any(middle) and np.all(size <= _SHRINKING * np.ptp(x[:, middle], axis=1)))
     if np.all(size <= _STILL * whole) or (np.all(size <= _QUIET * whole) and shrinking):
         raise Fades("the motion settles to steady sliding or rest; start it elsewhere, or give a guess")
-    k = int(np.argmax(size[: len(run.base.system.q)] / np.maximum(whole[: len(run.base.system.q)], 1e-300)))
+    n_q = len(run.base.system.q)
+    k = int(np.argmax((size / filled(whole, n_q))[:n_q]))  # not of a state that moves by rounding alone
     level = level_of(run, np.min(x[k, late]), np.max(x[k, late]))
     times = passages(run, np.eye(len(x))[k], level, _MOST + 1)
     times = times[times > 0.25 * run.t_final]
     if times.size < 3:
         raise NotFound("the motion completes fewer than three oscillations within the horizon; lengthen it")
-    turns = nearest_return(run(times), np.maximum(size, 1e-300))
+    turns = nearest_return(run(times), filled(size, n_q))
     begin, end = times[-1 - turns], times[-1]
     return Guess(run(_sliding_moment(run, begin, end)), end - begin, 0, turns, shrinking)
 

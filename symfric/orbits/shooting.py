@@ -21,12 +21,14 @@ import numpy as np
 from symfric.errors import NotFound
 from symfric.orbits.flow_map import FlowMap
 from symfric.orbits.passages import Passage
+from symfric.orbits.sizes import LEAST
 
 MOST_STEPS = 25  # of Newton's method
 _HALVINGS = 6  # most halvings of a Newton step that does not reduce the residual
 _LONGER = 10.0  # ratio of the period of a trial to that of the guess, or its inverse, beyond which it is another orbit
 _STEP = 1e-6  # finite-difference step relative to the sizes of the unknowns
 _ROUNDING = 1e-15  # change relative to a step, and to the sizes of the unknowns, that is rounding only
+_STILL = 64 * float(np.finfo(float).eps) / LEAST  # residual relative to the range of a state that does not move: rounding
 _NARROW = 1e-6  # least size of a parameter, relative to its span
 _STUCK = "Newton's method on the map over a period does not converge from this guess"
 
@@ -283,12 +285,25 @@ def step_of(
         A, rest = np.vstack([A, row / length]), np.append(rest, along / length)
     if not (np.all(np.isfinite(A)) and np.all(np.isfinite(rest))):
         raise NotFound("the orbit has no derivatives: it grazes, or a law with an infinite slope comes to rest on it")
-    try:
-        step = np.linalg.solve(A, rest)
-    except np.linalg.LinAlgError:  # singular, or fewer equations than unknowns
-        step = np.linalg.lstsq(A, rest, rcond=None)[0]
+    step = _solution(A, rest, system.flow.closed)
     rounding = np.abs(step) <= _ROUNDING * max(1.0, np.max(np.abs(step)))
     return size * np.where(rounding, 0.0, step)  # changes below rounding are zero, so that a body at rest stays at rest
+
+
+def _solution(A: np.ndarray, b: np.ndarray, error: float) -> np.ndarray:
+    """Return the solution of ``A x = b``, the shortest if A is not square, or singular up to its relative error.
+
+    So it is where a body that friction holds for good may rest at any place: the map over a period is the identity
+    there, but for the error of the motion.
+    """
+    if A.shape[0] == A.shape[1]:
+        try:
+            x = np.linalg.solve(A, b)
+        except np.linalg.LinAlgError:
+            x = np.full(A.shape[1], np.inf)
+        if np.max(np.abs(b)) >= error * A.shape[1] * np.max(np.abs(A)) * np.max(np.abs(x)):
+            return np.asarray(x)
+    return np.asarray(np.linalg.lstsq(A, b, rcond=A.shape[1] * error)[0])
 
 
 def _across(passage: Passage) -> np.ndarray:
@@ -316,6 +331,12 @@ def scaled_slopes(point: Point, size: np.ndarray, scale: np.ndarray | None = Non
 
 
 def misfit(point: Point) -> float:
-    """Return the largest residual relative to the ranges of the states; a large number if one is not finite."""
-    worst = float(np.max(np.abs(point.rest) / scale_of(point)))
+    """Return the largest residual relative to the ranges of the states; a large number if one is not finite.
+
+    A state that does not move, such as a place of a body that only turns, comes back up to the rounding of the others.
+    """
+    away, passage = np.abs(point.rest) / scale_of(point), point.passage
+    still = np.flatnonzero(passage.high - passage.low < passage.ranges)
+    away[still] = np.where(away[still] <= _STILL, 0.0, away[still])
+    worst = float(np.max(away))
     return worst if np.isfinite(worst) else np.inf

@@ -14,6 +14,7 @@ from symfric.model.arguments import whole
 from symfric.model.notebook import html_table
 from symfric.model.results import ArrayResult, Drawable, Labelled, plain
 from symfric.model.scene import Scene, check_scene
+from symfric.model.springs import in_order
 from symfric.model.symbols import Key, finite, pair
 from symfric.model.units import attributes_of
 from symfric.orbits.continuation.bifurcations import Condition
@@ -73,7 +74,7 @@ class Special:
         if where.spring >= 0:
             state = self.orbit.scene.system.states[where.spring]
             return next(c.name for c in contacts if state in c.states)
-        lines = [c.name for c in contacts if c.along_line]
+        lines = [c.name for c in in_order(contacts) if c.along_line]
         if where.turn is not None:
             return lines[where.turn[0]]
         if where.guard >= slip_gap(len(lines)):

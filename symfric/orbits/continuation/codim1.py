@@ -217,7 +217,10 @@ def continue_special(
 def _conditioned(system: ShootingSystem, condition: Condition, orbit: Orbit) -> ShootingSystem:
     """Return the equations of the special point; for a touch, the guard is in units of its size on the orbit."""
     if condition.kind in TOUCHES and condition.guard < 0 and not condition.turn:
-        raise NotFound("the contact that touches has other events on this orbit, which cannot be told from the touch")
+        raise NotFound(
+            "the contact that touches has other events on this orbit, which cannot be told from the touch, or it is in "
+            "the plane"
+        )
     if condition.guard < 0:
         return condition.system(system, 1.0)
     z = system.pack(orbit.start, orbit.period, system.values)

@@ -299,8 +299,12 @@ def _grazes(system: ShootingSystem, point: Point) -> list[DiscontinuityPoint]:
 
 
 def _without_sticking(system: ShootingSystem, point: Point, contact: int) -> Point | None:
-    """Return the nearby orbit that ignores the zero slip at which a contact of the given orbit sticks."""
-    if all(i != contact for _, i, _, _ in point.passage.events) or contact >= len(system.flow.lines):
+    """Return the nearby orbit that ignores the zero slip at which a contact of the given orbit sticks.
+
+    There is none in the plane, where the direction of a slip is singular at zero.
+    """
+    never = all(i != contact for _, i, _, _ in point.passage.events)
+    if never or contact >= len(system.flow.lines) or contact in system.flow.planes:
         return None
     k = slip_gap(contact)
     lift = ignoring(system.flow, k, guard_size(system, point.z, point.passage, k))
@@ -357,7 +361,8 @@ def kind_of(untouched: Passage, touched: Passage) -> str:
 def _guards(point: Point, contact: int, system: ShootingSystem) -> list[int]:
     """Return the guards of a contact that have a local minimum on the orbit, the nearest to zero first."""
     near = np.abs(point.passage.gaps)
-    rows = [*(gaps(contact) if contact < len(system.flow.lines) else ())]
+    rows = [slip_gap(contact)] if contact in system.flow.planes else []
+    rows += gaps(contact) if contact < len(system.flow.lines) and not rows else ()
     rows += [system.flow.gap_of(contact)] if contact in system.flow.openings else []
     rows = [k for k in rows if near[k] < FAR]
     return sorted(rows, key=lambda k: near[k] / guard_size(system, point.z, point.passage, k))

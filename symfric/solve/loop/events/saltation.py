@@ -33,6 +33,8 @@ from symfric.solve.loop.precision import TIE
 from symfric.solve.loop.workspace import LoopArrays
 
 APART = 1e-6  # relative difference of event times up to which events count as simultaneous
+# the same of feet of one body, which stop together: after a start from rest derivatives have the root of the tolerance
+_APART_OF_FEET = 1e-3
 _LARGEST = 1e150  # derivative whose square is still a number
 _START = 1e-3  # part of a step that counts as its start
 
@@ -147,7 +149,7 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
         changes = slipped != slips or (slips and w.saltation.before[first + direction(i, n_c)] != way(w, i))
         changed = changed or changes
         ended = changes and slipped and (w.selection.zero[i] or not w.counts.jumped)
-        if ended and w.saltation.after[slopes + n_g + backward(i)] > APART:  # its slip ended together with another
+        if ended and w.saltation.after[slopes + n_g + backward(i)] > _least_apart(w, i):  # it ended with another slip
             w.counts.doubts += 1
     for g in range(n_g):
         if w.saltation.before[first + 2 * n_m + g] == 0.0:
@@ -171,10 +173,17 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
         slow = (
             abs(w.saltation.after[slopes + g]) * natural_time(w) <= (2.0 * w.clock.tolerance) ** 0.5 * w.scale[n_x + g]
         )
-        if slow or w.saltation.after[slopes + n_g + g] > APART:
+        least = _least_apart(w, contact_of(g)) if is_along_line(w, g) else APART
+        if slow or w.saltation.after[slopes + n_g + g] > least:
             w.counts.doubts += 1
     if changed and w.counts.stall > 0:
         w.counts.doubts += 1
+
+
+@compiled(inline=True)
+def _least_apart(w: LoopArrays, i: int) -> float:
+    """Return the difference of event times from which on the slip of contact i does not end together with others."""
+    return _APART_OF_FEET if w.contacts.partner[i] >= 0 and w.contacts.depends[i] != 0 else APART
 
 
 @compiled(inline=True)

@@ -4,17 +4,18 @@ import numpy as np
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS
-from symfric.solve.loop.codes import COUPLING, SLIP, TERMS
+from symfric.solve.loop.codes import COUPLING, PULL, SLIP, TERMS
 from symfric.solve.loop.events.impacts import widen_slips
 from symfric.solve.loop.modes.layout import backward, direction, forward, mode
 from symfric.solve.loop.modes.sticking_basis import share
-from symfric.solve.loop.modes.tolerances import EARLIER, sizes_of_velocities
+from symfric.solve.loop.modes.tolerances import EARLIER, instant, sizes_of_velocities
 from symfric.solve.loop.precision import ROUNDING, TOUCH
 from symfric.solve.loop.stepping.calls import measure
 from symfric.solve.loop.workspace import LoopArrays
 
 SLID = 100.0  # speed at rest, relative to its largest terms and over the tolerance, that is no error of the run
 NEAR = 1e-10  # speed, relative to its largest terms, below which a contact in the plane that comes to rest is at rest
+_BESIDE = 4e-12  # the same beside another that has just stopped: that much is stepped over on a straight line
 _COUNTS = 8.0  # ratio of the largest slope of a slip to that of a velocity that may be changed
 AMPLIFIED = 1e3  # change of velocities, relative to that for a single slip, by nearly parallel slips made zero
 
@@ -85,13 +86,15 @@ def has_slid(w: LoopArrays, n_x: int) -> bool:
     measure(w, w.y, w.gauge)
     sizes_of_velocities(w, n_x)
     measure(w, w.step.end, w.span)
+    moment = instant(w)
     for k in range(w.planes.row.size):
         i = w.planes.row[k]
         j = i + 1
         size = max(w.gauge[TERMS, i], w.gauge[TERMS, j], w.span[TERMS, i], w.span[TERMS, j])
         slip = np.hypot(w.gauge[SLIP, i], w.gauge[SLIP, j])
         rests = w.m[i] == AT_BOUND or w.m[j] == AT_BOUND
-        found = found or (rests and slip > SLID * max(w.clock.tolerance, NEAR) * size)
+        least = max(SLID * max(w.clock.tolerance, NEAR) * size, moment * max(w.gauge[PULL, i], w.gauge[PULL, j]))
+        found = found or (rests and slip > least)
     return found
 
 
@@ -166,17 +169,19 @@ def _find_zeros_in_plane(w: LoopArrays) -> None:
 
     The series of a speed that has fallen to zero may be off by the error of a step where the slip vector only passes
     near zero. Speeds of feet of one body fall to zero together, and at the last of them the others are as small: a step
-    of the same error does not tell the order of their stops.
+    of the same error does not tell the order of their stops. What forces change within the rounding of time is no slip.
     """
+    moment = instant(w)
     for k in range(w.planes.rests.size):
         i = w.planes.row[k]
         j = i + 1
         size = max(w.gauge[TERMS, i], w.gauge[TERMS, j], EARLIER * w.span[TERMS, i], EARLIER * w.span[TERMS, j])
         share = ROUNDING
         if w.guards.hit[backward(i)] or _arrives_beside(w, i):
-            share = max(share, min(NEAR, w.clock.tolerance))
+            share = max(share, min(NEAR, max(w.clock.tolerance, _BESIDE)))
         rests = w.planes.arrived[k] or (w.selection.old[i] == 0 and not w.counts.jumped)
-        if rests or np.hypot(w.gauge[SLIP, i], w.gauge[SLIP, j]) <= share * size:
+        least = max(share * size, moment * max(w.gauge[PULL, i], w.gauge[PULL, j]))
+        if rests or np.hypot(w.gauge[SLIP, i], w.gauge[SLIP, j]) <= least:
             w.planes.rests[k] = 1
         w.selection.zero[i], w.selection.zero[j] = w.planes.rests[k], w.planes.rests[k]
         w.m[direction(i, w.contacts.sticks.size)], w.m[direction(j, w.contacts.sticks.size)] = 1.0, 1.0
@@ -233,7 +238,10 @@ def _project(w: LoopArrays, n_c: int) -> bool:
             if w.m[j] == HOLDS and not close:
                 impulse[i] -= w.basis.share[j, i] * impulse[j]
         for r in range(n_q):
+            before = w.y[n_q + r]
             w.y[n_q + r] += (w.basis.response[i, r] if close else w.gauge[COUPLING + n_c + r, i]) * impulse[i]
+            if w.planes.rests.size and abs(w.y[n_q + r]) <= ROUNDING * abs(before):
+                w.y[n_q + r] = 0.0  # on still ground no other speed tells that this one is rounding
     return True
 
 

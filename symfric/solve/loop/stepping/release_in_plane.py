@@ -12,6 +12,8 @@ damps it by ``B/|w|``, which is also why steps after a slow start are short.
 
 **Stop.** The direction turns like a power of the time left, so that series reach no further than the stop: steps shrink
 in proportion to that time, which costs its logarithm. Within a rounding error of the stop the rest is a straight line.
+Beside feet that stick on the same bodies a slip does not become smaller than theirs, which is an error of the run: the
+contact has stopped there.
 
 References
 ----------
@@ -24,18 +26,20 @@ import numpy as np
 from symfric.codegen.numba_types import compiled
 from symfric.lower.planes import STARTS, TURNS
 from symfric.solve.loop.arithmetic import value
-from symfric.solve.loop.codes import PULL, SELECT, TERMS
+from symfric.solve.loop.codes import COUPLING, PULL, SELECT, SLIP, TERMS
 from symfric.solve.loop.events.first_event import first_event
 from symfric.solve.loop.modes.layout import backward, forward
 from symfric.solve.loop.modes.tolerances import instant, natural_time
 from symfric.solve.loop.precision import EPS, ROUNDING, TINY
-from symfric.solve.loop.stepping.calls import expand, prelude
+from symfric.solve.loop.stepping.calls import expand, measure, prelude
 from symfric.solve.loop.stepping.common_start import depend_on_each_other, turn_feet
 from symfric.solve.loop.stepping.singular_start import keep_straight
 from symfric.solve.loop.stepping.step_acceptance import proven
 from symfric.solve.loop.workspace import LoopArrays
 
 LAST = 1e-12  # part of the natural time before a stop that is a straight line
+# speed, in slips of contacts that stick, at which one on the same bodies has stopped; longest straight line then
+_OF_DRIFT, _LAST_OF_DRIFT = 10.0, 1e-10
 _WITHIN = 0.9  # longest start, as part of the time to the next sample
 # most lengths that are tried for slips to be straight, the next one relative to one that is too long, and most others
 _SHORTENED, _LESS, _TRIALS = 12, 0.7, 40
@@ -306,16 +310,22 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
 
     Velocities keep their directions until the modes are selected: they lead to the derivatives of the time of the stop.
     """
-    hit, time = -1, LAST * natural_time(w)
+    hit, time, nature, drift = -1, LAST * natural_time(w), natural_time(w), -1.0
     for k in range(w.planes.row.size):
         i = w.planes.row[k]
         row = n_x + backward(i)
         speed, rate = w.c[row, 0], w.c[row, 1]
         if w.m[i] != 0.0 or not rate < 0.0:
             continue
-        rounding = ROUNDING * max(w.gauge[TERMS, i], w.gauge[TERMS, i + 1])
-        if speed < max(-rate * time, rounding):
+        size = max(w.gauge[TERMS, i], w.gauge[TERMS, i + 1])
+        if speed < max(-rate * time, ROUNDING * size):
             hit, time = k, speed / -rate
+        elif hit < 0 and w.limits.coupled and w.contacts.depends[i] and speed < w.clock.tolerance * size:
+            if drift < 0.0:
+                measure(w, w.y, w.gauge)
+            drift = _drift(w, i, n_c)
+            if speed <= _OF_DRIFT * drift:
+                hit, time = k, min(speed / -rate, _LAST_OF_DRIFT * nature)
     if hit < 0:
         return False
     n_q, n_y = w.limits.n_q, n_x // (1 + w.limits.varied)
@@ -334,6 +344,16 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
             w.guards.hit[backward(i)], w.planes.arrived[k] = 1, 1
     w.counts.phase = SELECT
     return True
+
+
+@compiled
+def _drift(w: LoopArrays, i: int, n_c: int) -> float:
+    """Return the largest slip of the contacts that stick and whose forces act on the slip of contact i."""
+    largest = 0.0
+    for n in range(n_c):
+        if w.m[n] > 0.5 and (w.gauge[COUPLING + i, n] != 0.0 or w.gauge[COUPLING + i + 1, n] != 0.0):
+            largest = max(largest, abs(w.gauge[SLIP, n]))
+    return largest
 
 
 @compiled
