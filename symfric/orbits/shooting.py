@@ -28,7 +28,7 @@ _HALVINGS = 6  # most halvings of a Newton step that does not reduce the residua
 _LONGER = 10.0  # ratio of the period of a trial to that of the guess, or its inverse, beyond which it is another orbit
 _STEP = 1e-6  # finite-difference step relative to the sizes of the unknowns
 _ROUNDING = 1e-15  # change relative to a step, and to the sizes of the unknowns, that is rounding only
-_STILL = 64 * float(np.finfo(float).eps) / LEAST  # residual relative to the range of a state that does not move: rounding
+_STILL = 64 * float(np.finfo(float).eps) / LEAST  # residual, relative to its range, of a state that does not move
 _NARROW = 1e-6  # least size of a parameter, relative to its span
 _STUCK = "Newton's method on the map over a period does not converge from this guess"
 
