@@ -48,10 +48,6 @@ CYCLES = {
     "four feet, pushed": lambda: body(4, force=WAVE, values={A: 0.45}),
     "two feet, a drop of friction": lambda: body(2, force=WAVE, laws=[DROP] * 2, values={A: 0.5}),
     "a table shaken in two directions": lambda: body(3, table=TWO_WAYS[:2], values={A: 1.2}),
-    "one foot that holds more": lambda: body(
-        3, table=TWO_WAYS[:2], laws=[sf.laws.coulomb(MU)] * 2 + [sf.laws.coulomb(4 * MU)], values={A: 1.0}
-    ),
-    "a table that shakes about its axis": lambda: body(4, spin=A * sp.sin(W * t), values={A: 4.0}),
 }
 
 
@@ -65,7 +61,7 @@ def slopes(orbit, size=1e-6):
     return np.column_stack([(end(orbit.start + h) - end(orbit.start - h)) / (2 * size) for h in size * np.eye(6)])
 
 
-@pytest.mark.one_in(8)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("which", CYCLES)
 def test_multipliers_are_those_of_differences(which):
     scene = CYCLES[which]()
@@ -108,18 +104,6 @@ def test_a_turntable_under_feet_is_a_belt_under_a_mass():
     assert len(three.events) == 3 * len(one.events)
 
 
-def test_the_onset_of_sticking_on_feet_is_that_of_a_mass_on_a_belt():
-    """On feet it is enclosed between orbits, on the belt it is where the slip touches zero."""
-    branches = [
-        sf.continue_cycle(scene(v_b=0.39), "v_b", (0.385, 0.4), tolerance=1e-10)
-        for scene in (turntable, sf.scenes.mass_on_belt)
-    ]
-    onsets = [[s.value for s in branch.special if s.kind == "stick-onset"] for branch in branches]
-    assert len(onsets[1]) == 1
-    assert onsets[0] == pytest.approx(onsets[1], abs=1e-7)
-    assert branches[0].ends == branches[1].ends
-
-
 def test_maps_and_sweeps_on_feet_have_the_bits_of_single_runs():
     wanted = {"x": sf.Max(x), "speed": sf.Max(sf.slip("foot 0")), "way": sf.Integral(sf.slip("foot 1"))}
     scene = body(3, force=WAVE, values={A: 0.3}, damping=0.1).until(8.0).wanting(wanted)
@@ -138,7 +122,9 @@ def test_maps_and_sweeps_on_feet_have_the_bits_of_single_runs():
 
 def test_a_body_comes_to_rest_about_a_foot_that_sticks():
     """The slip of that foot is an error of the run, about which the others cannot come nearer to rest."""
-    scene = CYCLES["one foot that holds more"]().until(12.0).wanting({"events": sf.Events(), "end": sf.End()})
+    laws = [sf.laws.coulomb(MU)] * 2 + [sf.laws.coulomb(4 * MU)]
+    scene = body(3, table=TWO_WAYS[:2], laws=laws, values={A: 1.0})
+    scene = scene.until(12.0).wanting({"events": sf.Events(), "end": sf.End()})
     runs = [sf.simulate(scene, tolerance=e).checked() for e in (1e-8, 1e-10, 1e-12)]
     assert all(run.final == pytest.approx(runs[-1].final, abs=1e-8) for run in runs)
     kinds = [[(e.contact, e.kind) for e in run.events] for run in runs]
