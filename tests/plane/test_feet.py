@@ -65,6 +65,21 @@ def test_pushed_through_the_centre_it_is_one_contact(law):
     assert run.energy_residual() < 1e-11
 
 
+@pytest.mark.one_in(3)
+@pytest.mark.parametrize("law", [None, sf.laws.coulomb(0.3, 0.25)])
+@pytest.mark.parametrize("place", [0, 1, 2])
+def test_a_foot_without_load_changes_nothing(place, law):
+    """It slips from the first instant at which the body moves there, and no force tells it where to."""
+    push, feet, loads = [1.6 * sp.sin(t), 0.9 * sp.sin(1.3 * t), 0.5 * sp.sin(0.7 * t)], circle(), [1, 1.2]
+    two = sf.simulate(body(feet[:2], loads, push, law=law), tolerance=1e-11).checked()
+    feet.insert(place, feet.pop())
+    loads.insert(place, 0)
+    three = sf.simulate(body(feet, loads, push, law=law), tolerance=1e-11).checked()
+    assert three.final == pytest.approx(two.final, abs=1e-11)
+    mine = [e.t for e in three.events if e.contact != f"foot {place}"]
+    assert mine == pytest.approx([e.t for e in two.events], abs=1e-10)
+
+
 def test_a_couple_turns_it_on_the_spot():
     """The couple of three feet on a circle is mu N r; the angle after the release is that of a couple that rises."""
     run = sf.simulate(body(circle(radius=0.8), (1, 1, 1), [0, 0, 0.6 * t], horizon=2.0), tolerance=1e-13).checked()

@@ -32,7 +32,7 @@ FAMILY = {
 }
 
 
-@pytest.mark.one_in(10)
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("order", [1, -1])
 @pytest.mark.parametrize("family", FAMILY)
 def test_they_are_one_contact(family, order):

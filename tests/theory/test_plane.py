@@ -375,6 +375,19 @@ def test_disc_in_a_scene_moves_towards_its_stop(start):
     assert math.hypot(*final[:2]) + left.distance == pytest.approx(stop.distance, abs=1e-11)
 
 
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-4, 1e-5, 1e-6, 1e-7])
+def test_a_disc_passes_its_corner_at_loose_tolerances(tolerance):
+    """At v = R omega the last terms of a series may bring the switch between the formulas back in every step."""
+    q, u, start = sp.symbols("x y phi", real=True), sp.symbols("u w omega", real=True), (1.0, 0.0, 0.4)
+    system = sf.System(q, u, [[1, 0, 0], [0, 1, 0], [0, 0, 0.5]], list(plane.disc_expressions(*u, 1.0)))
+    known = partial(plane.disc_stop, R=1.0, m=1.0, mu=1.0, g=1.0)
+    stop = known(start[0], start[2])
+    scene = sf.Scene(system, [], {}, dict(zip([*q, *u], [0.0, 0.0, 0.0, *start], strict=True)), 0.99 * stop.time)
+    run = sf.simulate(scene, tolerance, sf.Taylor(max_steps=2000)).checked()
+    final, left = run.final, known(math.hypot(*run.final[3:5]), run.final[5])
+    assert math.hypot(*final[:2]) + left.distance == pytest.approx(stop.distance, abs=20 * tolerance)
+
+
 @pytest.mark.parametrize("inertia", [0.2501, 0.3, 0.5, 0.6, 0.6665])
 def test_ratio_at_the_stop_is_kept_by_the_motion(inertia):
     ratio = plane.disc_stop_ratio(inertia)

@@ -109,6 +109,8 @@ def drive(w: LoopArrays) -> int:
                         reach(w, tau, tau)
                         try_end(w, n_x, tau)
                         _advance(w, n_x, n_c, tau)
+                        if not _is_finite(w, n_x):
+                            return NOT_FINITE
                     w.counts.phase = SELECT if w.counts.flagged else EXPAND
                     if w.counts.flagged == LOADED:
                         return LOST_CONTACT
@@ -154,9 +156,8 @@ def drive(w: LoopArrays) -> int:
             continue
         if tau > 0.0:
             _advance(w, n_x, n_c, tau)
-        for i in range(n_x // (1 + w.limits.varied)):
-            if not abs(w.y[i]) < np.inf:
-                return NOT_FINITE
+        if not _is_finite(w, n_x):
+            return NOT_FINITE
         if w.limits.varied and not has_derivatives(w, n_x):
             give_up_derivatives(w, n_x)
         if w.clock.rest >= 0.0 and drifts(w.y, w.scale, w.limits.n_q, w.clock.t_end, w.clock.tolerance):
@@ -169,6 +170,15 @@ def drive(w: LoopArrays) -> int:
         w.counts.phase = SELECT if w.counts.flagged else EXPAND
         if w.counts.flagged == LOADED:
             return LOST_CONTACT
+
+
+@compiled(inline=True)
+def _is_finite(w: LoopArrays, n_x: int) -> bool:
+    """Whether all states are numbers; derivatives of them need not be."""
+    finite = True
+    for i in range(n_x // (1 + w.limits.varied)):
+        finite = finite and abs(w.y[i]) < np.inf
+    return finite
 
 
 @compiled

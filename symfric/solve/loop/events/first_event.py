@@ -7,7 +7,7 @@ from symfric.solve.loop.codes import FORCES, HIT, LOADED, TERMS
 from symfric.solve.loop.events.polynomials import first_crossing
 from symfric.solve.loop.modes.layout import contact_of, is_along_line, is_load, is_slip, is_switch, sign, switch
 from symfric.solve.loop.modes.resting_edges import decisive, size_of
-from symfric.solve.loop.modes.tolerances import natural_time, no_acceleration
+from symfric.solve.loop.modes.tolerances import instant, natural_time, no_acceleration
 from symfric.solve.loop.precision import EPS, LEAST_TERM, NEAREST, TOUCH
 from symfric.solve.loop.stepping.series import PROBED
 from symfric.solve.loop.stepping.step_acceptance import reach
@@ -18,7 +18,10 @@ _WITHIN = 16.0  # slip of a contact that others hold, in roundings of its size, 
 
 @compiled(fused=True)
 def first_event(w: LoopArrays, n_x: int, n_c: int, h: float, far: float) -> float:
-    """Return the time to the first guard that becomes negative within `far`, else h; mark it in ``w.guards.hit``."""
+    """Return the time to the first guard that becomes negative within `far`, else h; mark it in ``w.guards.hit``.
+
+    A switch that returns to zero within the error of the run is not marked; half of its time is the next step.
+    """
     n_g = w.guards.hit.size
     w.counts.flagged = 0
     reach(w, h, far)
@@ -56,6 +59,10 @@ def first_event(w: LoopArrays, n_x: int, n_c: int, h: float, far: float) -> floa
             tau, which = t, g
         elif which >= 0 and t <= tau * (1.0 + 4.0 * EPS):  # reached together, up to the rounding of time
             w.guards.hit[g] = 1
+    if which >= 0 and is_switch(w, which) and _returns_by_error(w, n_x + which, tau):
+        for g in range(n_g):
+            w.guards.hit[g] = 0
+        return 0.5 * tau
     if which >= 0:
         w.guards.hit[which] = 1
         for g in range(which):
@@ -64,6 +71,17 @@ def first_event(w: LoopArrays, n_x: int, n_c: int, h: float, far: float) -> floa
         w.counts.flagged = LOADED if is_load(w, which) else HIT
         return tau
     return h
+
+
+@compiled
+def _returns_by_error(w: LoopArrays, r: int, tau: float) -> bool:
+    """Whether guard row r rises at first, by less than the error of the run, and is zero again after the time tau.
+
+    So it may be next to a corner that is nearly singular, where the last terms of a series are as small as the run's
+    error but larger than all that happens in a step: they would bring the guard back in every step.
+    """
+    rise = w.c[r, 0] + w.c[r, 1] * tau
+    return bool(w.c[r, 1] > 0.0 and rise <= w.clock.tolerance * w.scale[r] and tau > instant(w))
 
 
 @compiled(fused=True)

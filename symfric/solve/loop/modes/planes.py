@@ -31,7 +31,7 @@ from symfric.solve.loop.modes.feet_forces import (
     rate_of_start,
     tell_forces,
 )
-from symfric.solve.loop.modes.feet_slips import are_redundant
+from symfric.solve.loop.modes.feet_slips import are_redundant, slip_of
 from symfric.solve.loop.modes.layout import backward, forward, turn, way
 from symfric.solve.loop.modes.mode_selection import change_switch, loads_hold, mark_fresh
 from symfric.solve.loop.modes.resting_edges import find_edges
@@ -344,10 +344,14 @@ def _set_mode(w: LoopArrays, i: int) -> None:
 def _start(w: LoopArrays, k: int, component: int) -> float:
     """Return a component of the way contact k starts: against its force, without one along its acceleration.
 
-    An acceleration that has just begun is the small difference of forces, of which rounding turns the direction.
+    An acceleration that has just begun is the small difference of forces, of which rounding turns the direction. A foot
+    without load starts where the others take it, as the problem of the forces that hold tells.
     """
-    force = np.hypot(w.planes.force[k], w.planes.force[w.contacts.partner[k]])
-    return -w.planes.force[component] if force > 0.0 else w.planes.gain[component]
+    if np.hypot(w.planes.force[k], w.planes.force[w.contacts.partner[k]]) > 0.0:
+        return float(-w.planes.force[component])
+    if _speeding(w, k) > 0.0 or w.feet.axes.size == 0:
+        return float(w.planes.gain[component])
+    return slip_of(w, component, 0)
 
 
 @compiled

@@ -56,7 +56,13 @@ def turn_feet(w: LoopArrays, n_x: int, order: int) -> None:
 def _bound(w: LoopArrays, i: int) -> float:
     """Return the friction of a contact that starts."""
     n_c = w.contacts.sticks.size
-    return max(float(w.gauge[COUPLING + n_c + w.limits.n_q + w.limits.coupled + 1, i]), TINY)
+    return float(w.gauge[COUPLING + n_c + w.limits.n_q + w.limits.coupled + 1, i])
+
+
+@compiled(inline=True)
+def _rubs(w: LoopArrays, i: int) -> bool:
+    """Whether contact i starts, with friction: without any its direction has no effect."""
+    return bool(w.m[i] == STARTS and _bound(w, i) > TINY)
 
 
 @compiled
@@ -65,12 +71,12 @@ def _couple_forces(w: LoopArrays, n_x: int) -> None:
     n, f = w.planes.row.size, w.feet
     for k in range(n):
         i = w.planes.row[k]
-        starts = w.m[i] == STARTS
+        starts = _rubs(w, i)
         for c in range(n):
             j = w.planes.row[c]
             f.turning[k, c] = 1.0 if k == c else 0.0
             if starts:
-                f.turning[k, c] = w.planes.coupling[k, c] / _bound(w, j) if w.m[j] == STARTS else 0.0
+                f.turning[k, c] = w.planes.coupling[k, c] / _bound(w, j) if _rubs(w, j) else 0.0
         if starts:
             f.turning[k, k] += max(_along(w, n_x, k, 1), 0.0) / _bound(w, i)
     for k in range(n):
@@ -109,7 +115,7 @@ def _find_axes(w: LoopArrays) -> int:
                     _rotate(w, p, q, n)
     largest, count = 0.0, 0
     for k in range(n):
-        if w.m[w.planes.row[k]] == STARTS:
+        if _rubs(w, w.planes.row[k]):
             i = w.planes.row[k]
             largest = max(largest, w.gauge[COUPLING + i, i], w.gauge[COUPLING + i + 1, i + 1])
     for k in range(n):
@@ -160,7 +166,7 @@ def _equate(w: LoopArrays, n_x: int, order: int) -> None:
     for k in range(w.planes.row.size):
         i = w.planes.row[k]
         w.feet.left[k] = 0.0
-        if w.m[i] != STARTS:
+        if not _rubs(w, i):
             continue
         a, b, v = n_x + backward(i), n_x + backward(i + 1), w.planes.variable[i]
         for j in range(1, order + 2):
@@ -204,7 +210,7 @@ def _solve_idle(w: LoopArrays, n_x: int, order: int) -> None:
         for b in range(m):
             total = 0.0
             for k in range(n):
-                if w.m[w.planes.row[k]] == STARTS:
+                if _rubs(w, w.planes.row[k]):
                     stiffness = (order + 1) * _along(w, n_x, k, 2) / _bound(w, w.planes.row[k])
                     total += f.axes[k, f.order[a]] * stiffness * f.axes[k, f.order[b]]
             f.turning[a, b] = total
@@ -222,7 +228,7 @@ def _solve_idle(w: LoopArrays, n_x: int, order: int) -> None:
         f.turn[k] = 0.0
         for a in range(m):
             f.turn[k] += f.axes[k, f.order[a]] * f.part[a]
-        if w.m[w.planes.row[k]] == STARTS:
+        if _rubs(w, w.planes.row[k]):
             f.left[k] -= (order + 1) * _along(w, n_x, k, 2) / _bound(w, w.planes.row[k]) * f.turn[k]
     _turn(w, order - 1)
 
@@ -232,7 +238,7 @@ def _turn(w: LoopArrays, order: int) -> None:
     """Add the turns in ``w.feet.turn``, times the friction, to the directions in one order."""
     for k in range(w.planes.row.size):
         i = w.planes.row[k]
-        if w.m[i] == STARTS:
+        if _rubs(w, i):
             v, turn = w.planes.variable[i], w.feet.turn[k] / _bound(w, i)
             w.m[v + 2 * order] -= turn * w.m[v + 1]
             w.m[v + 2 * order + 1] += turn * w.m[v]

@@ -231,6 +231,10 @@ def _turn(w: LoopArrays, n_x: int, order: int) -> None:
             T[k, c] += w.planes.coupling[k, c]
     _turn_together(w, n)
     for k in range(n):  # the coupling is positive definite: no exchange of rows
+        if T[k, k] == 0.0:  # a contact without friction, whose direction has no effect
+            for c in range(n + 1):
+                T[k, c] = 0.0
+            T[k, k] = 1.0
         for r in range(k + 1, n):
             factor = T[r, k] / T[k, k]
             for c in range(k, n + 1):
