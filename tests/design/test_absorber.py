@@ -8,6 +8,7 @@ import pytest
 import symfric as sf
 from symfric.design import absorber
 from symfric.theory import absorber as theory
+from tests.longer import longer
 
 MU = 0.1
 EXPECTED = {
@@ -70,8 +71,7 @@ def test_a_contact_without_friction_changes_nothing():
     assert found.values["tuning"] == pytest.approx(plain.tuning, rel=2e-3)
 
 
-@pytest.mark.long(beside="test_a_contact_without_friction_changes_nothing")
-@pytest.mark.parametrize("contact", ["absorber", "main"])
+@pytest.mark.parametrize("contact", longer(["absorber", "main"], ["main"]))
 def test_friction_is_beaten_by_no_neighbour(contact):
     found = absorber(MU, contact=contact, friction=0.1, band=(0.75, 1.15))
     assert found.status == "optimal"
@@ -90,7 +90,7 @@ def test_friction_is_beaten_by_no_neighbour(contact):
         assert worst > found.objective * (1 - 2e-3)
 
 
-@pytest.mark.long(beside="test_a_contact_without_friction_changes_nothing")
+@pytest.mark.long(beside="test_friction_is_beaten_by_no_neighbour")
 def test_a_contact_that_sticks_for_whole_periods():
     """The amplitude jumps, so the status stays modest, and no random design is better by more than a few per cent."""
     found = sf.design.absorber(0.22, contact="absorber", friction=0.42)

@@ -1,4 +1,4 @@
-"""Limit cycles and branches of bodies on feet: multipliers against differences of runs, cycles against one line contact."""
+"""Limit cycles of bodies on feet: multipliers against differences of runs, cycles against one line contact; rest."""
 
 import math
 

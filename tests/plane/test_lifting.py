@@ -292,7 +292,6 @@ def test_derivatives_pass_impacts_and_flights(law, e):
         assert run.output_sensitivities["far"][name] == pytest.approx((a["far"] - b["far"]) / (2 * step), abs=1e-6)
 
 
-@pytest.mark.long(beside="test_derivatives_pass_impacts_and_flights")
 def test_limit_cycle_with_flights():
     scene = driven(0.05, "coulomb", COUPLED).where({"a": 1.15})
     orbit = sf.limit_cycle(scene)

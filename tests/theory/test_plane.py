@@ -142,7 +142,7 @@ def forced_sliding(frequency, law, q=0.6):
     return solve_ivp(rates, (0, 4), [0.0, 0.3], "DOP853", rtol=1e-9, atol=1e-10).y[:, -1]
 
 
-@pytest.mark.long(beside="test_drag_under_lateral_vibration_is_the_known_one")
+@pytest.mark.long(beside="test_mass_swings_through_zero_speed_under_vibration_across")
 def test_slow_motion_tends_to_that_with_the_averaged_law():
     law = sf.laws.cubic(0.5, 0.3, 0.8)
     x, u = sp.symbols("x u", real=True)
@@ -155,7 +155,6 @@ def test_slow_motion_tends_to_that_with_the_averaged_law():
     assert all(1.7 < a / b for a, b in zip(errors, errors[1:], strict=False))  # at least first order in 1/frequency
 
 
-@pytest.mark.long(beside="test_drag_under_lateral_vibration_is_the_known_one")
 def test_mass_swings_through_zero_speed_under_vibration_across():
     law = sf.laws.coulomb(0.4).averaged_across(0.3)
     x, u = sp.symbols("x u", real=True)
