@@ -339,3 +339,19 @@ def test_examine_gives_the_verdicts_of_one_structure():
     found = StressResult(tuple(examine("no-contact", 0, [1, 2])))
     assert found.counts["agrees"] == 2
     assert found.failures == ()
+
+
+def test_a_disagreement_is_told_at_once_and_an_interrupted_run_counts(monkeypatch):
+    wrong = Verdict("belt", "belt/3/4", "", "silent failure", "taylor", "OK", 1e-6, 0.1, np.nan, 1e-9, 1e-9, "")
+
+    def run(scenes, *, seed, families, jobs, told):
+        told([replace(wrong, verdict="agrees")] * 3)
+        told([wrong])
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("symfric_evidence.stress.stress", run)
+    done = CliRunner().invoke(main, ["stress", "--scenes", "9", "--quiet", "--json"])
+    assert done.exit_code == 130
+    assert "silent failure: belt/3/4" in done.stderr
+    assert "interrupted; 4 of 9 scenes are compared" in done.stderr
+    assert json.loads(done.stdout)["counts"]["agrees"] == 3

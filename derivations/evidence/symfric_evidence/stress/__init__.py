@@ -40,7 +40,7 @@ def stress(
     seed: int = 0,
     families: Sequence[str] = (),
     jobs: int = 1,
-    progress: Callable[[int], None] | None = None,
+    told: Callable[[list[Verdict]], None] | None = None,
 ) -> StressResult:
     """Run random scenes of several families and compare each with the reference simulator.
 
@@ -54,8 +54,8 @@ def stress(
         All of them unless given.
     jobs : int
         Processes; -1 takes every processor, -2 all but one.
-    progress : callable, optional
-        Called with the number of scenes done.
+    told : callable, optional
+        Called with the verdicts on every structure, as they come.
 
     Returns
     -------
@@ -73,8 +73,8 @@ def stress(
     judged: list[Verdict] = []
     for verdicts in _examined(_parts(names, scenes, seed), jobs if jobs > 0 else processors() + 1 + jobs):
         judged += verdicts
-        if progress is not None:
-            progress(len(judged))
+        if told is not None:
+            told(verdicts)
     return StressResult(tuple(judged))
 
 

@@ -314,7 +314,7 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
 
     Velocities keep their directions until the modes are selected: they lead to the derivatives of the time of the stop.
     """
-    hit, time, nature, drift = -1, LAST * natural_time(w), natural_time(w), -1.0
+    hit, time, nature, measured = -1, LAST * natural_time(w), natural_time(w), False
     for k in range(w.planes.row.size):
         i = w.planes.row[k]
         row = n_x + backward(i)
@@ -325,10 +325,10 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
         if speed < max(-rate * time, ROUNDING * size):
             hit, time = k, speed / -rate
         elif hit < 0 and w.limits.coupled and w.contacts.depends[i] and speed < w.clock.tolerance * size:
-            if drift < 0.0:
+            if not measured:
                 measure(w, w.y, w.gauge)
-            drift = _drift(w, i, n_c)
-            if speed <= _OF_DRIFT * drift:
+                measured = True
+            if speed <= _OF_DRIFT * _drift(w, i, n_c):
                 hit, time = k, min(speed / -rate, _LAST_OF_DRIFT * nature)
     if hit < 0:
         return False
