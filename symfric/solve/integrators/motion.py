@@ -22,6 +22,7 @@ class Motion:
     size: np.ndarray
     status: Status = Status.OK
     rest: float = math.nan
+    marked: float = 0.0  # time at which progress was looked at last
     reach: float = math.inf
     events: list[tuple[float, int, int, int]] = field(default_factory=list)
     counts: dict[str, int] = field(

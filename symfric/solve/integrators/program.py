@@ -50,6 +50,8 @@ COARSEST = 0.1  # largest tolerance
 _KEPT = 4  # most sets of integrators stored in a program
 # number of consecutive events, each within this fraction of the horizon, that count as chatter
 _STALLED, _LITTLE = 200, 1e-9
+# a run stands still if so many pieces advance less than this part of it: the integrator fails over longer ones
+_PIECES, _LEAST_PROGRESS = 2000, 1e-6
 
 Flow = ModeIntegrators | ImplicitPieces
 
@@ -266,6 +268,10 @@ class IntegratorsProgram(Program):
             self._at_event(motion, p, piece.fell, advanced=motion.t - begin > _LITTLE * self.scene.horizon)
         if motion.status == Status.OK and motion.counts["steps"] > self.settings.max_steps:
             motion.status = Status.STEP_BUDGET
+        elif motion.status == Status.OK and motion.counts["pieces"] % _PIECES == 0:
+            if motion.t - motion.marked < _LEAST_PROGRESS * self.scene.horizon:
+                motion.status = Status.INTEGRATOR
+            motion.marked = motion.t
 
     def _at_event(self, motion: Motion, p: np.ndarray, index: int, advanced: bool) -> None:
         stalled = 0 if advanced else motion.counts.get("stalled", 0) + 1

@@ -26,7 +26,7 @@ import numpy as np
 from symfric.codegen.numba_types import compiled
 from symfric.lower.planes import STARTS, TURNS
 from symfric.solve.loop.arithmetic import value
-from symfric.solve.loop.codes import COUPLING, PULL, SELECT, SLIP, TERMS
+from symfric.solve.loop.codes import COUPLING, FORCES, PULL, SELECT, SLIP, TERMS
 from symfric.solve.loop.events.first_event import first_event
 from symfric.solve.loop.modes.layout import backward, forward
 from symfric.solve.loop.modes.tolerances import instant, natural_time
@@ -40,6 +40,7 @@ from symfric.solve.loop.workspace import LoopArrays
 LAST = 1e-12  # part of the natural time before a stop that is a straight line
 # speed, in slips of contacts that stick, at which one on the same bodies has stopped; longest straight line then
 _OF_DRIFT, _LAST_OF_DRIFT = 10.0, 1e-10
+_NEAR = 1e3  # slip, in rounding errors of it, from which on these are told of the present state
 _WITHIN = 0.9  # longest start, as part of the time to the next sample
 # most lengths that are tried for slips to be straight, the next one relative to one that is too long, and most others
 _SHORTENED, _LESS, _TRIALS = 12, 0.7, 40
@@ -322,14 +323,15 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
         if w.m[i] != 0.0 or not rate < 0.0:
             continue
         size = max(w.gauge[TERMS, i], w.gauge[TERMS, i + 1])
-        if speed < max(-rate * time, ROUNDING * size):
-            hit, time = k, speed / -rate
-        elif hit < 0 and w.limits.coupled and w.contacts.depends[i] and speed < w.clock.tolerance * size:
-            if not measured:
-                measure(w, w.y, w.gauge)
-                measured = True
-            if speed <= _OF_DRIFT * _drift(w, i, n_c):
-                hit, time = k, min(speed / -rate, _LAST_OF_DRIFT * nature)
+        depends = w.limits.coupled and w.contacts.depends[i]
+        near = _NEAR * _rounding_of_slip(w, i, rate)
+        if not measured and (speed < near or (depends and speed < w.clock.tolerance * size)):
+            measure(w, w.y, w.gauge)
+            measured = True
+        if speed < max(-rate * time, _rounding_of_slip(w, i, rate)):
+            hit, time = k, min(speed / -rate, max(time, _LAST_OF_DRIFT * nature))
+        elif hit < 0 and depends and speed < w.clock.tolerance * size and speed <= _OF_DRIFT * _drift(w, i, n_c):
+            hit, time = k, min(speed / -rate, _LAST_OF_DRIFT * nature)
     if hit < 0:
         return False
     n_q, n_y = w.limits.n_q, n_x // (1 + w.limits.varied)
@@ -350,6 +352,17 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
     return True
 
 
+@compiled(inline=True)
+def _rounding_of_slip(w: LoopArrays, i: int, rate: float) -> float:
+    """Return the rounding error of the slip of contact i, which changes at a rate: of its terms, and of time.
+
+    The forces on its bodies and the rate bound the acceleration of a surface that moves by itself.
+    """
+    size = max(w.gauge[TERMS, i], w.gauge[TERMS, i + 1])
+    pushed = max(w.gauge[FORCES, i], w.gauge[FORCES, i + 1])
+    return float(ROUNDING * size + instant(w) * (pushed + abs(rate)))
+
+
 @compiled
 def _drift(w: LoopArrays, i: int, n_c: int) -> float:
     """Return the largest slip of the contacts that stick and whose forces act on the slip of contact i."""
@@ -362,17 +375,18 @@ def _drift(w: LoopArrays, i: int, n_c: int) -> float:
 
 @compiled
 def passes_rest(w: LoopArrays, n_x: int) -> bool:
-    """Let contacts in the plane whose slip is zero up to the rounding of time be at rest; return whether there are any.
+    """Let contacts in the plane whose slip is zero up to rounding be at rest; return whether there are any.
 
     A slip that turns round on a line may be stepped over zero by that much; no step leads on from there.
     """
     found = False
+    measure(w, w.y, w.gauge)
     for g in range(w.guards.hit.size):
         w.guards.hit[g] = 0
     for k in range(w.planes.row.size):
         i = w.planes.row[k]
         row = n_x + backward(i)
-        if w.m[i] == 0.0 and w.c[row, 0] <= abs(w.c[row, 1]) * instant(w):
+        if w.m[i] == 0.0 and w.c[row, 0] <= _rounding_of_slip(w, i, w.c[row, 1]):
             w.guards.hit[backward(i)], w.guards.fresh[backward(i)], w.planes.arrived[k], found = 1, 0, 1, True
     if found:
         w.counts.phase = SELECT
