@@ -184,12 +184,17 @@ def _complete_forces(w: LoopArrays, n_c: int, held: int) -> None:
 
 @compiled
 def leave_at_limit(w: LoopArrays, n_c: int) -> bool:
-    """Mark the contacts that start at the end of a common sticking as leaving; return whether it is there."""
+    """Mark the contacts that start at the end of a common sticking as leaving; return whether it is there.
+
+    It is there, too, if forces that were told at this very instant reach a bound at once: near the limit, whose place is
+    known to the rounding of time alone.
+    """
     row = COUPLING + n_c + w.limits.n_q + w.limits.coupled
     for i in range(n_c):
         w.planes.bound[i] = w.gauge[row, i]
     take_all(w, n_c)
-    if not -AGREES <= room_left(w, n_c) <= _LAST_ROOM:
+    room = room_left(w, n_c)
+    if not -AGREES <= room <= (AGREES if w.counts.stall > 0 else _LAST_ROOM):
         return False
     for i in range(n_c):
         if is_first(w, i):

@@ -1,0 +1,46 @@
+"""Contacts in the plane late in a run, where the rounding of time decides how near to rest and release a motion comes.
+
+The table is at rest up to a time T_0 and moves as a function of ``t - T_0`` from then on: the motion is the same whatever
+T_0 is, but for the rounding of time.
+"""
+
+import numpy as np
+import pytest
+import sympy as sp
+
+import symfric as sf
+from tests.plane.test_cycles_on_feet import DROP, MU, STRIBECK, A, W, body, q, u
+
+T_0 = sp.Symbol("T_0", positive=True)
+COULOMB, STRONG = sf.laws.coulomb(MU), sf.laws.coulomb(4 * MU)
+BODIES = {
+    "one foot that holds more": (3, (COULOMB, COULOMB, STRONG), 1.2),
+    "equal feet": (3, (COULOMB,) * 3, 0.6),
+    "two feet, a drop of friction": (2, (DROP,) * 2, 0.5),
+    "four feet": (4, (STRIBECK,) * 4, 0.6),
+}
+pytestmark = pytest.mark.filterwarnings("ignore:redundant contacts")
+
+
+def prepared(which, span):
+    n, laws, size = BODIES[which]
+    since = sf.TIME - T_0
+    ways = A * sp.sin(W * since), sp.Rational(7, 10) * A * sp.sin(sp.Rational(4, 5) * W * since)
+    table = tuple(sp.Piecewise((way, sf.TIME > T_0), (0, True)) for way in ways)
+    scene = body(n, table=table, laws=laws, values={A: size, T_0: 1.0}).starting(dict.fromkeys((*q, *u), 0.0))
+    return scene.until(1.0 + span).wanting({"end": sf.End(), "events": sf.Events()})
+
+
+@pytest.mark.one_in(4)
+@pytest.mark.parametrize("which", BODIES)
+def test_a_motion_that_begins_late_is_the_same(which):
+    span = 12.0
+    early = sf.simulate(prepared(which, span), tolerance=1e-9).checked()
+    assert len(early.events) > 5
+    for begin in (1e3, 1e5, 1e7):
+        late = sf.simulate(prepared(which, span).where({T_0: begin}).until(begin + span), tolerance=1e-9).checked()
+        kinds = [[(e.contact, e.kind) for e in run.events] for run in (early, late)]
+        assert kinds[0] == kinds[1]
+        times = [np.array([e.t for e in run.events]) - t for run, t in ((early, 1.0), (late, begin))]
+        assert times[1] == pytest.approx(times[0], abs=1e-8 + 1e3 * np.spacing(begin))
+        assert late.final == pytest.approx(early.final, abs=1e-8 + 1e3 * np.spacing(begin))
