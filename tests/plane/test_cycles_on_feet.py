@@ -102,7 +102,17 @@ def turntable(n, v_b):
     return sf.Scene(system, feet, {V: v_b}, dict.fromkeys((*q, *u), 0.0), 200.0)
 
 
-@pytest.mark.parametrize("n", longer([2, 3], [3]))
+def test_a_turntable_under_feet_moves_them_as_a_belt_moves_a_mass():
+    one = sf.limit_cycle(sf.scenes.mass_on_belt(v_b=0.2), tolerance=1e-11)
+    scene = turntable(2, 0.2).starting({theta: one.start[0], omega: one.start[1]}).until(one.period)
+    run = sf.simulate(scene, tolerance=1e-11).checked()
+    assert run.final[[2, 5]] == pytest.approx(one.start, abs=1e-9)
+    assert 0.5 * np.ptp(run(np.linspace(0, one.period, 4001))[2]) == pytest.approx(one.half_range[0], rel=1e-5)
+    assert len(run.events) == 2 * len(one.events)
+
+
+@pytest.mark.long(beside="test_a_turntable_under_feet_moves_them_as_a_belt_moves_a_mass")
+@pytest.mark.parametrize("n", [2, 3])
 def test_a_turntable_under_feet_is_a_belt_under_a_mass(n):
     several, one = (
         sf.limit_cycle(scene, tolerance=1e-11) for scene in (turntable(n, 0.2), sf.scenes.mass_on_belt(v_b=0.2))
