@@ -99,7 +99,7 @@ def test_scenes_on_which_run_and_reference_once_differed(scene):
     assert (found.status, found.verdict) == ("OK", "agrees")
 
 
-@settings(derandomize=True, deadline=None, max_examples=25)
+@settings(derandomize=True, deadline=None, max_examples=12)
 @given(seed=st.sampled_from([2, 3, 25]), number=st.integers(1000, 10**9))
 def test_no_other_draw_fails_in_silence(seed, number):
     assert prepared("mixed", seed).verdict(number).verdict != "silent failure"
