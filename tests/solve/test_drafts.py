@@ -64,7 +64,7 @@ def test_both_codes_end_at_the_same_bits(name):
 
 
 def test_so_do_derivatives():
-    program = sf.prepare(two_masses(), 1e-10, route="taylor", sensitivities=[c])
+    program = sf.prepare(striking(), 1e-10, route="taylor", sensitivities=[c])
     first = program.run()
     program._model.worked(10**9)
     second = program.run()
@@ -73,7 +73,7 @@ def test_so_do_derivatives():
 
 
 def test_it_is_exchanged_after_many_steps_of_runs(monkeypatch):
-    program = sf.prepare(two_masses(), 1e-10, route="taylor")
+    program = sf.prepare(striking(), 1e-10, route="taylor")
     steps = program.run().stats["steps"]
     monkeypatch.setattr(compiled_model, "_ENOUGH", 3 * steps)
     assert program._model.draft

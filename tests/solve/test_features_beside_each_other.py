@@ -227,6 +227,7 @@ def check(first, second):
     assert all(np.array_equal(cases.outputs[name][..., 1], e) for name, e in single.outputs.items())
 
 
+@pytest.mark.long(beside="test_in_the_plane_beside_laws_with_memory")
 def test_in_the_plane_beside_a_single_clock():
     check("block_in_the_plane", "kicks")
 
