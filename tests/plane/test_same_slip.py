@@ -33,11 +33,10 @@ FAMILY = {
     "a gear": [contact("a", 0.4), contact("b", 0.3, (2 * u, 2 * w))],
     "without load": [contact("a", 1), contact("b", 0)],
     "all together": [
-        contact("a", 0.3),
-        contact("b", 0.2, (-w, u)),
-        contact("c", 0.1, factor=2),
-        contact("d", 0.15, (2 * u, 2 * w)),
-        contact("e", 0),
+        contact("a", 0.4),
+        contact("b", 0.15, (-2 * w, 2 * u)),
+        contact("c", 0.15, factor=2),
+        contact("d", 0),
     ],
 }
 
