@@ -38,7 +38,7 @@ def test_the_steady_curve():
 
 def test_standard_errors_of_the_curve_are_those_of_many_records():
     names, found = list(BOUNDS), []
-    for seed in range(25):
+    for seed in range(14):
         fit = sf.fit_curve(LAW, V, friction(1.0, seed), BOUNDS, normal=100.0, sigma=1.0)
         found.append([fit.values[n] for n in names])
     spread = np.std(found, axis=0)

@@ -21,41 +21,51 @@ x, y, turn = sp.symbols("x y turn", real=True)
 u, v, w = sp.symbols("u v w", real=True)
 
 
-def landing_bar(angle, law):
-    """Return the run of an upright bar of unit length that falls without turning on its lower end."""
+MU, STATIC = sp.symbols("mu static", positive=True)
+
+
+def landing_bar(law):
+    """Return a program of an upright bar of unit length that falls without turning on its lower end."""
     slip, gap = u + sp.cos(turn) * w / 2, y - sp.cos(turn) / 2
     system = sf.System([x, y, turn], [u, v, w], sp.diag(1, 1, sp.Rational(1, 12)), [0, -1, 0])
-    start = {x: 0, y: np.cos(angle) / 2 + 0.1, turn: angle, u: 0, v: 0, w: 0}
+    start = dict.fromkeys((x, turn, u, v, w), 0) | {y: 0.6}
     contact = sf.Contact("tip", slip, sf.Unilateral(gap, 0.5), law)
-    return sf.simulate(sf.Scene(system, [contact], {}, start, 0.5), tolerance=1e-11)
+    values = dict.fromkeys((law.stick.free_symbols | law.kinetic.free_symbols), 1.0)
+    return sf.prepare(sf.Scene(system, [contact], values, start, 0.5), tolerance=1e-11)
 
 
-@pytest.mark.one_in(4)
+@pytest.fixture(scope="module")
+def landing_bars():
+    """Return programs of bars whose friction drops from `static` to `mu` with the slip, and whose friction does not."""
+    return landing_bar(sf.laws.coulomb(STATIC, MU)), landing_bar(sf.laws.coulomb(MU))
+
+
 @pytest.mark.parametrize("angle", [-0.7, -0.4, 0.3, 0.6])
 @pytest.mark.parametrize("static", [0.2, 0.5, 1.2])
-def test_a_bar_that_lands_without_slip_is_held_by_static_friction(angle, static):
+def test_a_bar_that_lands_without_slip_is_held_by_static_friction(angle, static, landing_bars):
     """At the lower end ``|W_tn| / W_tt = 3 sin cos / (1 + 3 cos^2)`` is the coefficient that holds it."""
     needed = 3 * abs(np.sin(angle)) * np.cos(angle) / (1 + 3 * np.cos(angle) ** 2)
-    run = landing_bar(angle, sf.laws.coulomb(static, 0.1)).checked()
-    alone = landing_bar(angle, sf.laws.coulomb(static if needed <= static else 0.1)).checked()
+    start = {"turn": angle, "y": np.cos(angle) / 2 + 0.1}
+    drops, keeps = landing_bars
+    run = drops.run(values={"static": static, "mu": 0.1}, initial=start).checked()
+    alone = keeps.run(values={"mu": static if needed <= static else 0.1}, initial=start).checked()
     assert run.final == pytest.approx(alone.final, abs=1e-12)
 
 
-def struck_body(places, heights, law, bounces, velocities):
-    """Return the velocities after the impact of a body whose contacts all touch at the start."""
-    contacts = [
-        sf.Contact(f"c{i}", u + h * w, sf.Unilateral(y + b * turn, e), law)
-        for i, (b, h, e) in enumerate(zip(places, heights, bounces, strict=True))
-    ]
+@pytest.fixture(scope="module")
+def struck_body():
+    """Return a program of a body whose two contacts touch at the start, with values for their places and their laws."""
+    b, h, e = sp.symbols("b:2", real=True), sp.symbols("h:2", real=True), sp.symbols("e:2", nonnegative=True)
+    law = sf.laws.coulomb(STATIC, MU)
+    contacts = [sf.Contact(f"c{i}", u + h[i] * w, sf.Unilateral(y + b[i] * turn, e[i]), law) for i in range(2)]
     system = sf.System([x, y, turn], [u, v, w], sp.diag(*MASSES.tolist()), [0, 0, 0])
-    start = dict.fromkeys((x, y, turn), 0.0) | dict(zip((u, v, w), velocities, strict=True))
-    run = sf.simulate(sf.Scene(system, contacts, {}, start, 1e-6), tolerance=1e-12)
-    return run.status, run.final[3:]
+    values = dict.fromkeys((*b, *h, *e, MU), 0.5) | {STATIC: 1.0}
+    start = dict.fromkeys((x, y, turn, u, w), 0.0) | {v: -1.0}
+    return sf.prepare(sf.Scene(system, contacts, values, start, 1e-6), tolerance=1e-12)
 
 
-@pytest.mark.one_in(3)
 @pytest.mark.parametrize("resting", [0, 1, 2])
-def test_contacts_that_rest_and_slide_in_one_impact(resting):
+def test_contacts_that_rest_and_slide_in_one_impact(resting, struck_body):
     """Against all combinations of what two contacts do; `resting` of them have no slip."""
     rng, unlike, judged = np.random.default_rng([91, resting]), 0, 0
     for _ in range(25):
@@ -82,16 +92,20 @@ def test_contacts_that_rest_and_slide_in_one_impact(resting):
             ends.append(velocities + rows.T @ impulses / MASSES)
         if ends[0] is None:
             continue
-        status, after = struck_body(places, heights, sf.laws.coulomb(static, mu), bounces, velocities)
-        assert status == sf.Status.OK
-        assert after == pytest.approx(ends[0], abs=1e-9)
+        values = {
+            f"{name}{i}": each[i] for name, each in zip("bhe", (places, heights, bounces), strict=True) for i in (0, 1)
+        }
+        start = dict(zip("uvw", velocities, strict=True))
+        run = struck_body.run(values=values | {"static": static, "mu": mu}, initial=start)
+        assert run.status == sf.Status.OK
+        assert run.final[3:] == pytest.approx(ends[0], abs=1e-9)
         judged += 1
         unlike += any(e is None or np.max(np.abs(e - ends[0])) > 1e-6 for e in ends[1:])
     assert judged > 5
     assert unlike or resting == 0
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("seed", [6, 19, *range(6)])
 def test_of_many_contacts_those_that_could_stick_do(seed):
     """Eight contacts, too many for all combinations; strong coupling, with which the laws leave several answers."""

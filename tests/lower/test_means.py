@@ -135,7 +135,7 @@ FEW = sf.Taylor(order=4)
 @pytest.mark.parametrize("route", longer([FEW, sf.Integrators("cvodes")], [FEW]))
 def test_a_program_stays_right_for_another_intensity(route):
     program = sf.prepare(belt(0.05), 1e-6, route)
-    for q, v_b in ((0.3, 0.2), (0.07, 0.2), (0.05, 0.25)):
+    for q, v_b in ((0.3, 0.2), (0.05, 0.25)):
         changed = program.run({"q": q, "v_b": v_b})
         fresh = sf.simulate(belt(q, v_b=v_b), 1e-11)
         assert changed.checked().final == pytest.approx(fresh.checked().final, abs=2e-6)

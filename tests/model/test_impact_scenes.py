@@ -6,6 +6,7 @@ import sympy as sp
 from scipy.integrate import solve_ivp
 
 import symfric as sf
+from symfric.solve.facts import warn_of_redundance
 
 
 @pytest.mark.one_in(6)
@@ -133,10 +134,10 @@ def test_mass_with_stops_is_that_of_the_modelica_library():
     assert run.final == pytest.approx([-0.247513987281765, 0.0], abs=1e-9)
 
 
-@pytest.mark.one_in(2)
-@pytest.mark.parametrize(("alpha", "theta0"), [(0.2, 0.1), (0.15, 0.1)])
+@pytest.mark.parametrize(("alpha", "theta0"), [(0.2, 0.1), pytest.param(0.15, 0.1, marks=pytest.mark.long)])
 def test_a_block_let_go_loses_speed_as_housner_says(alpha, theta0):
-    block = sf.scenes.rocking_block(R=1.0, alpha=alpha, mu=5.0, theta0=theta0, horizon=3.0)
+    still = sf.Signal([0.0, 0.0], 3.0)
+    block = sf.scenes.rocking_block(R=1.0, alpha=alpha, mu=5.0, theta0=theta0, motion=still, horizon=3.0)
     run = sf.simulate(block, tolerance=1e-11)
     times = [event.t for event in run.events if event.kind == "close"]
     assert len(times) >= 3
@@ -164,7 +165,8 @@ def test_a_block_rocks_where_the_ground_pulls_harder_than_its_slope():
 
 def test_a_block_that_slides_first_does_not_rock():
     ramp = sf.Signal([0.0, 10.0], 2.0)
-    run = sf.simulate(sf.scenes.rocking_block(R=0.8, alpha=0.25, mu=0.2, motion=ramp, horizon=1.0))
+    block = sf.scenes.rocking_block(R=0.8, alpha=0.25, mu=0.2, motion=ramp, horizon=1.0)
+    run = sf.simulate(block, tolerance=1e-11)
     assert {event.kind for event in run.events} == {"slip"}
     slides = 0.2 * 9.81 / 5.0  # when both corners have reached their bounds
     assert run.events[-1].t == pytest.approx(slides, rel=1e-7)
@@ -174,7 +176,7 @@ def test_a_block_that_slides_first_does_not_rock():
 
 def test_a_block_that_falls_over_lies_on_its_side():
     burst = sf.motions.sine_burst(4.0, 1.0, cycles=4)
-    run = sf.simulate(sf.scenes.rocking_block(R=1.0, alpha=0.25, mu=0.3, motion=burst))
+    run = sf.simulate(sf.scenes.rocking_block(R=1.0, alpha=0.25, mu=0.3, motion=burst), tolerance=1e-11)
     assert abs(run.final[2]) == pytest.approx(np.pi / 2, abs=1e-9)
     assert run.final[1] == pytest.approx(np.sin(0.25), abs=1e-9)
 
@@ -197,5 +199,6 @@ def test_bad_numbers_are_one_line(make, said):
 
 
 def test_a_block_on_two_corners_is_no_redundancy_worth_a_warning(caplog):
-    sf.prepare(sf.scenes.rocking_block(R=1.03, alpha=0.25, theta0=0.1, horizon=1.0))
+    warn_of_redundance.cache_clear()  # each set of names is told once
+    sf.prepare(sf.scenes.rocking_block(R=1.0, alpha=0.2, mu=5.0, theta0=0.1, motion=sf.Signal([0.0, 0.0], 3.0)), 1e-11)
     assert not caplog.messages

@@ -142,9 +142,9 @@ def test_derivatives_pass_stops_and_releases():
 
 def test_cycle_with_multipliers_and_maps():
     scene = dragged()
-    orbit = sf.limit_cycle(scene)
+    orbit = sf.limit_cycle(scene, tolerance=1e-13)
     start = orbit.run.x[:, 0]
-    period = sf.prepare(sf.Scene(scene.system, scene.contacts, scene.values, scene.initial, orbit.period), 1e-13)
+    period = sf.prepare(scene.until(orbit.period), 1e-13)
 
     def image(at):
         return period.run(initial=dict(zip(orbit.run.names, at, strict=True))).final

@@ -66,7 +66,7 @@ def test_against_other_solvers(law):
 
 
 def test_against_many_digits():
-    scene = belt(sf.laws.lugre(0.4, 0.3, 0.1, 50.0, 5.0), horizon=3.0)
+    scene = belt(sf.laws.lugre(0.4, 0.3, 0.1, 50.0, 5.0), horizon=2.0)
     found, reference = sf.simulate(scene, 1e-13), many_digits(scene, 24)
     assert found.final == pytest.approx([float(v) for v in reference.final], abs=1e-12)
 

@@ -16,7 +16,7 @@ from symfric.codegen.loop_loader import LOOPS, sources, sources_key
 LOADED = "import sys, {}; print(*(m.__file__ for n, m in sys.modules.items() if n.startswith('symfric.')), sep=chr(10))"
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("loop", LOOPS)
 def test_every_compiled_function_that_a_loop_loads_is_among_its_sources(loop):
     code = LOADED.format(loop)

@@ -108,7 +108,7 @@ def change(program, values, start):
 
 
 # of 2, 6 and 10, draws ended as CHATTER, UNDECIDED and STEP_COLLAPSE
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("seed", longer(range(40), set(range(40)) - {2, 6, 10}))
 def test_nearly_parallel_contacts_at_rest(seed):
     made = structure(seed)

@@ -155,7 +155,7 @@ def parted(seed):
     return Structure(rows, surfaces=rng.uniform(-2, 2, rows.shape) * (rng.random(rows.shape) < 0.7))
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(8)
 @pytest.mark.parametrize("route", ROUTES[1:])
 @pytest.mark.parametrize("seed", range(4))
 def test_where_another_lets_go_in_passing_no_further_contact_can_stick(seed, route):

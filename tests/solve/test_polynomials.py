@@ -21,7 +21,7 @@ from symfric.solve.loop.events.polynomials import (
 
 ORDER = 30
 TABLE, COLUMNS = bernstein_table(ORDER), bernstein_columns(ORDER, VECTOR)
-derandomized = settings(derandomize=True, deadline=None, max_examples=300)
+derandomized = settings(derandomize=True, deadline=None, max_examples=150)
 inside = st.floats(0.01, 0.99)
 
 

@@ -127,7 +127,7 @@ SMOOTH = {
 }
 
 
-@pytest.mark.one_in(8)
+@pytest.mark.one_in(16)
 @pytest.mark.parametrize("slip", [u, 2 * u, u - w, u + w / 2])
 @pytest.mark.parametrize("kind", SMOOTH)
 def test_a_slip_without_stick_that_others_hold_at_zero_does_not_begin(kind, slip):

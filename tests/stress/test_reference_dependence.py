@@ -50,15 +50,9 @@ def test_contacts_side_by_side_hold_the_sum_of_their_bounds(route):
     side_by_side = contacts(one=U, two=U * (1 + E), back=-U)
     scene = sf.Scene(system, side_by_side, {E: 1e-9, **bounds(0.3, 0.2, 0.1)}, {X: 0.0, U: 0.0}, 1.0)
     run = runner(scene, route)
-    for apart in (1e-6, 1e-8, 1e-9, 1e-10, 1e-12):
-        for found in (
-            (0.3, 0.2, 0.1),
-            (0.3, 0.0, 0.1),
-            (0.0, 0.3, 0.0),
-            (0.3, 0.0, 0.0),
-            (0.3, 1e-20, 0.0),
-            (0.0, 0.0, 0.0),
-        ):
+    loads = ((0.3, 0.2, 0.1), (0.3, 0.0, 0.1), (0.0, 0.3, 0.0), (0.3, 0.0, 0.0), (0.3, 1e-20, 0.0), (0.0, 0.0, 0.0))
+    for k, apart in enumerate((1e-6, 1e-8, 1e-9, 1e-10, 1e-12)):
+        for found in loads[k % 3 :: 3] if route == "reference" else loads:  # by the slow one a third each
             final, times = run({"e": apart, **bounds(*found)})
             held = found[0] + (1 + apart) * found[1] + found[2]
             assert final == pytest.approx([(1 - held) ** 3 / 6, (1 - held) ** 2 / 2], abs=1e-8)

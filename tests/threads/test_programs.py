@@ -109,10 +109,10 @@ def test_a_program_runs_inside_its_own_progress_callback():
 
     def progress(_):
         if not inner:
-            inner.append(program.run({"v_b": 0.3}))
+            inner.append(program.run({"v_b": 1.0}))
 
     assert difference(plain, program.run(progress=progress)) == ""
-    assert difference(inner[0], program.run({"v_b": 0.3})) == ""
+    assert difference(inner[0], program.run({"v_b": 1.0})) == ""
 
 
 @pytest.mark.one_in(3)
@@ -275,7 +275,7 @@ def test_processes_forked_after_use_and_while_threads_run():
 
     def work(thread):
         if thread:
-            for k in range(60):
+            for k in range(20):
                 program.run({"v_b": 0.1 + 0.01 * (k % 4)})
                 sf.prepare(SCENES["scalars"]())
             return []
