@@ -177,8 +177,15 @@ def results(block):
         begin = node.end_lineno
 
 
-# statements of a second and more whose names no other block takes; other tests of what they call run by default
+# statements of half a second and more whose names no other block takes; other tests of what they call run by default
 COSTLY_CALLS = (
+    "sf.design.quench(belt, speeds=(0.1, 0.4)",
+    'sf.continue_cycle(belt, "v_b", (0.05, 6), start=',
+    "sf.design.sprung_foundation(0.1)",
+    'sf.design.positioning(table, "ramp"',
+    'sf.design.controller(pid, "k_i"',
+    "move = sf.design.collocation(block",
+    "move.time",
     'sf.design.damper(belt, "beta", bounds=(0, 1), speeds=(0.1, 0.45))',
     'sf.design.damper(belt, "beta", (0.01, 1), (0.05, 0.45), half_range=0.2)',
     'sf.design.contact_damper(rod, {"f_n": (4, 9), "mu_m": (0.05, 0.2)}, margin=0.05)',
