@@ -523,7 +523,7 @@ def test_any_bytes_are_read_or_refused(empty_folder, tmp_path_factory, data):
         read_scene_file(path)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(st.integers(0, len(own()) - 1), st.characters(codec="utf-8"))
 def test_one_changed_character_never_ends_in_another_error(position, character):
     text = own()
