@@ -95,7 +95,8 @@ def test_bad_arguments(call, message):
         call()
 
 
-def test_the_picture_of_a_probability_is_its_complement_of_the_distribution():
+def test_the_picture_of_a_probability_is_its_complement_of_the_distribution(monkeypatch):
+    monkeypatch.setattr("symfric.ensemble.exceedance.LEVELS", 40)
     rng = np.random.default_rng(3)
     drawn = scipy.stats.norm(2.0, 0.5).ppf((rng.permutation(60) + 0.5) / 60)
     values = cases(np.r_[drawn, np.nan])
