@@ -70,6 +70,7 @@ LONG = (
     "brake_pad.toml",
     "disc_brake.toml",
     "machine_slide.toml",
+    "rig_record.toml",
     "shaken_table.toml",
     "two_masses.toml",
     "violin_string.toml",
@@ -305,12 +306,12 @@ def test_failures_of_the_question_end_with_status_1(monkeypatch):
 
 
 def test_exit_status_of_the_process(tmp_path):
+    """Of a refused command; `test_quiet_is_silent` sees that of one that does its work."""
     (tmp_path / "empty.toml").touch()
     refused = spawn("study", "empty.toml", cwd=tmp_path)
     assert refused.returncode == 2
     assert refused.stderr == "Error: empty.toml: is empty; a scene file has at least a section [scene]\n"
     assert refused.stdout == ""
-    assert spawn("scenes", "--quiet").returncode == 0
 
 
 def test_an_interrupt_that_was_swallowed_comes_back():
@@ -328,8 +329,8 @@ def test_an_interrupt_that_was_swallowed_comes_back():
 
 
 def test_interrupt_ends_with_130(tmp_path):
-    text = EXAMPLES[0].read_text().replace("number = 45", "number = 10000\nsettle = 1e5")
-    (tmp_path / "long.toml").write_text(text)
+    text = '[scene]\nmodel = "mass_on_belt"\n[values]\nv_b = 0.2\n[sweep]\nfrom = 0.1\nto = 0.4\nnumber = 10000\n'
+    (tmp_path / "long.toml").write_text(text + "settle = 1e5\n")
     process = subprocess.Popen(
         [sys.executable, "-c", PROGRAM, "study", "long.toml"],
         cwd=tmp_path,

@@ -5,7 +5,9 @@ import importlib
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -71,10 +73,30 @@ def layer_of(path):
     return "symfric" if parts == ("__init__",) else parts[0]
 
 
+class Parsed(NamedTuple):
+    """What the tests look at in a file: its imports, those of them for types alone, and the lines of docstrings."""
+
+    imports: list[ast.Import | ast.ImportFrom]
+    typing: set[ast.AST]
+    told: int
+
+
+@cache
+def parsed(path):
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    nodes = list(ast.walk(tree))
+    found = [n for n in nodes if isinstance(n, ast.Import | ast.ImportFrom)]
+    typing = [n for n in nodes if isinstance(n, ast.If) and getattr(n.test, "id", "") == "TYPE_CHECKING"]
+    documented = (n for n in nodes if isinstance(n, ast.FunctionDef | ast.ClassDef | ast.Module))
+    told = (n.body[0] for n in documented if ast.get_docstring(n) is not None)
+    within = {n for block in typing for e in block.body for n in ast.walk(e)} & set(found)
+    return Parsed(found, within, sum(d.end_lineno - d.lineno for d in told))
+
+
 def imports(path):
     """Yield line and dotted name of every import of the package, those inside functions too."""
     package = ("symfric", *path.relative_to(ROOT).parent.parts)
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in parsed(path).imports:
         if isinstance(node, ast.Import):
             yield from ((node.lineno, a.name) for a in node.names if a.name.split(".")[0] == "symfric")
         elif isinstance(node, ast.ImportFrom):
@@ -130,11 +152,8 @@ def dependencies():
     found = {}
     for module, path in names.items():
         found[module] = set()
-        tree = ast.parse(path.read_text(encoding="utf-8"))
-        typing = [n for n in ast.walk(tree) if isinstance(n, ast.If) and getattr(n.test, "id", "") == "TYPE_CHECKING"]
-        skipped = {id(n) for block in typing for e in block.body for n in ast.walk(e)}
-        for node in ast.walk(tree):
-            if isinstance(node, ast.ImportFrom) and node.module in names and id(node) not in skipped:
+        for node in parsed(path).imports:
+            if isinstance(node, ast.ImportFrom) and node.module in names and node not in parsed(path).typing:
                 if (path.relative_to(ROOT).as_posix(), node.module) in UPWARD:
                     continue
                 inside = [f"{node.module}.{a.name}" for a in node.names if f"{node.module}.{a.name}" in names]
@@ -185,10 +204,7 @@ def test_import_is_light(module):
 
 def length(path):
     """Return the number of lines without those of docstrings beyond the first, which tell all that a user may ask."""
-    text = path.read_text(encoding="utf-8")
-    documented = (n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.FunctionDef | ast.ClassDef | ast.Module))
-    told = (n.body[0] for n in documented if ast.get_docstring(n) is not None)
-    return len(text.splitlines()) - sum(d.end_lineno - d.lineno for d in told)
+    return len(path.read_text(encoding="utf-8").splitlines()) - parsed(path).told
 
 
 @pytest.mark.one_in(2)
@@ -209,14 +225,15 @@ def test_files_that_the_contributing_page_names_exist():
 
 
 def test_a_result_loads_neither_compiler_nor_scipy_once_its_loop_is_on_disk():
+    scenes = "sf.scenes.mass_on_belt(v_b=0.2)", "sf.scenes.coulomb_oscillator(0.03)"
+    for scene in scenes:
+        symfric.simulate(eval(scene, {"sf": symfric}))  # may have to compile
     run = (
-        "import sys, symfric as sf; print(sf.simulate(sf.scenes.{}).status.name, "
+        f"import sys, symfric as sf; print(*(sf.simulate(s).status.name for s in ({', '.join(scenes)})), "
         "*(m for m in ('numba', 'scipy') if m in sys.modules))"
     )
-    for scene in ("mass_on_belt(v_b=0.2)", "coulomb_oscillator(0.03)"):
-        for _ in range(2):  # the first may have to compile
-            done = subprocess.run([sys.executable, "-c", run.format(scene)], capture_output=True, text=True, check=True)
-        assert done.stdout.split() == ["OK"]
+    done = subprocess.run([sys.executable, "-c", run], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["OK", "OK"]
 
 
 def test_every_public_name_is_there_and_is_that_of_its_module():

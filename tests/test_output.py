@@ -38,6 +38,7 @@ starts = 1
 [identify.unknowns]
 beta = [0.01, 0.2]
 """
+SIMPLE = '[scene]\nmodel = "coulomb_oscillator"\n[values]\ndelta = 0.03\n'
 RECORD = "t,x\n" + "".join(f"{k / 2},{0.3 * (-1) ** k}\n" for k in range(1, 30))
 CALLS = {  # every command that ends by itself, with arguments that make it print
     "study": ["study", "{file}", "-o", "{out}"],
@@ -131,6 +132,7 @@ def test_output_that_is_lost_is_one_line_and_status_1(command, scene, monkeypatc
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="this system has no /dev/full")
 def test_nothing_printed_is_nothing_lost(scene, monkeypatch):
+    scene.write_text(SIMPLE)
     monkeypatch.setitem(CALLS, "scenes", ["study", "{file}", "-q", "-o", "{out}"])
     with open("/dev/full", "w") as stream, open("/dev/full", "w") as errors:
         assert run("scenes", scene, stream, monkeypatch, errors) == (0, "")
@@ -257,7 +259,7 @@ def test_files_have_the_permissions_of_any_other(tmp_path):
 def test_the_name_of_a_file_that_is_no_text_is_written_all_the_same(tmp_path):
     name = os.fsdecode(b"belt\xff.toml")
     scene = tmp_path / name
-    scene.write_text(SCENE, encoding="utf-8")
+    scene.write_text(SIMPLE)
     stream = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", errors="strict")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "stdout", stream)

@@ -52,6 +52,7 @@ def test_references_are_found_again_in_multiple_precision(name):
     assert found.events == problem.events
 
 
+@pytest.mark.long(beside="test_references_are_met")
 def test_of_several_events_in_a_step_the_reference_takes_the_first():
     # the third clutch closes shortly before the slip of the first one ends
     short = scene_of("coupled_clutches").until(0.91)

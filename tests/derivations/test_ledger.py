@@ -14,60 +14,9 @@ import derivations.sources
 from derivations.ledger import Verdict, evaluate, fails, mutants, stated
 from derivations.sources import SOURCES, ledger_of
 from derivations.written import markdown
+from tests.derivations.costly_entries import COSTLY
 
 FOLDER = Path(derivations.sources.__file__).parent
-
-
-# a tenth of the entries, which take three quarters of the time: integrals, searches over many cases, runs of scenes
-COSTLY = {
-    "thomsen": {
-        "(13)",
-        "(26)",
-        "(30)",
-        "(39)",
-        "(51)",
-        "(55) lower end",
-        "after (56)",
-        "after (56) cycle",
-        "after figure 6, eta near 1",
-    },
-    "thomsen_beyond": {"2.1", "3.2", "4.3"},
-    "effective_friction": {"2.1", "3.6", "4.10", "4.11", "4.12", "4.4", "4.6", "4.7", "4.9"},
-    "effective_closed": {"1.3", "1.4", "1.5", "1.7", "2.1", "2.2", "3.2", "4.2", "4.3", "5.3"},
-    "oscillations": {"1.3", "2.2", "2.4"},
-    "handbook": {"(xiii)"},
-    "guida": {
-        "(18) |mu| > 1",
-        "(19) line 1",
-        "(19) line 2",
-        "(19) line 2, closed",
-        "(27) gap",
-        "Fig 14",
-        "Fig 15, cycle",
-        "Fig 16, axes",
-        "before Fig 15",
-        "before Fig 15, both sides",
-    },
-    "younes_ashour": {
-        "Conclusion 1 with damping",
-        "Figure 5",
-        "averaged law",
-        "averaged law: F",
-        "averaged law: constant friction",
-    },
-    "rolling_isolation": {"Section 2.4 cases"},
-    "absorber": {
-        "Den Hartog, damping",
-        "Nishihara and Asami",
-        "Warburton",
-        "fastest decay, mu > 4",
-        "self-excited main mass, below the bound",
-    },
-    "waviness": {"numbers"},
-    "presliding": {"Dahl loop", "Dahl reversal"},
-    "plane": {"disc, polar form", "equal power", "incline, stop"},
-    "numbers": {"transient.averaged_decay_time"},
-}
 
 
 def label(entry):

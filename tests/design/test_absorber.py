@@ -64,6 +64,7 @@ def test_bad_arguments(arguments, words):
         absorber(MU, **arguments)
 
 
+@pytest.mark.long(beside="test_friction_is_beaten_by_no_neighbour")
 def test_a_contact_without_friction_changes_nothing():
     found, plain = absorber(MU, contact="absorber", friction=0.0, band=(0.7, 1.2)), theory.least_peak(MU)
     assert found.status == "optimal"

@@ -115,6 +115,7 @@ def test_followed_peaks_are_those_of_whole_responses(value):
     assert len(peaks.whole) == 2
 
 
+@pytest.mark.long(beside="test_followed_peaks_are_those_of_whole_responses")
 def test_a_peak_that_was_not_followed_is_found_on_whole_responses(monkeypatch):
     """The design with the local peaks spoilt, so that they miss the highest one, is the same as without them."""
     arguments = {"parameter": "N", "bounds": (5.0, 7.0), "speeds": (1.0, 1.2), "speed": "W"}

@@ -61,7 +61,7 @@ def test_a_loop_that_grows_for_ever_does_not_settle():
         20.0,
         held=[command],
     )
-    found = sf.design.controller(scene, "T", (0.001, 1.0))
+    found = sf.design.controller(scene, "T", (0.02, 1.0))
     assert found.status == "optimal"
     assert 0.05 < found.values["T"] < 0.3
     with pytest.raises(sf.NotFound, match=r"even at T = 0.5"):

@@ -34,7 +34,7 @@ def test_the_bound_of_the_source():
     assert "stability" in found.active[0]
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.long(beside="test_the_bound_of_the_source")
 @pytest.mark.parametrize("low", [0.1, 0.2, 0.35])
 def test_slow_belts_decide_with_the_cubic_law(low):
     found = damper(BELT, "beta", (0.0, 1.0), (low, 0.45))
@@ -155,15 +155,16 @@ def stepped(mu, fall, at, width):
     return sf.laws.custom(mu - fall * sp.tanh((v - at) / width), mu + fall * float(np.tanh(at / width)))
 
 
+@pytest.mark.long(beside="test_a_limit_on_the_half_range_is_met_at_the_worst_speed")
 @pytest.mark.parametrize(
     ("law", "low", "limit"),
     [
         (steep(0.27, 0.16, 0.11), 0.05, 0.2),  # at slow belts the cycle is small before it ends
-        pytest.param(steep(0.31, 0.06, 0.036), 0.05, 0.05, marks=pytest.mark.long),
-        pytest.param(steep(0.21, 0.17, 0.063), 0.05, 0.1, marks=pytest.mark.long),
-        pytest.param(stepped(0.41, 0.054, 0.36, 0.024), 0.1, 0.05, marks=pytest.mark.long),
-        pytest.param(stepped(0.38, 0.036, 0.32, 0.18), 0.1, 0.05, marks=pytest.mark.long),
-        pytest.param(stepped(0.25, 0.072, 0.44, 0.053), 0.1, 0.05, marks=pytest.mark.long),
+        (steep(0.31, 0.06, 0.036), 0.05, 0.05),
+        (steep(0.21, 0.17, 0.063), 0.05, 0.1),
+        (stepped(0.41, 0.054, 0.36, 0.024), 0.1, 0.05),
+        (stepped(0.38, 0.036, 0.32, 0.18), 0.1, 0.05),
+        (stepped(0.25, 0.072, 0.44, 0.053), 0.1, 0.05),
     ],
 )
 def test_limits_on_the_half_range_for_laws_that_fall_within_a_small_speed(law, low, limit):
@@ -176,12 +177,13 @@ def test_limits_on_the_half_range_for_laws_that_fall_within_a_small_speed(law, l
     assert settled_size(scene, decides, 0.99 * beta) > limit
 
 
+@pytest.mark.long(beside="test_no_sticking")
 @pytest.mark.parametrize(
     ("mu", "v_c", "low"),
     [
         (0.287, 0.186, 0.253),
-        pytest.param(0.263, 0.944, 0.353, marks=pytest.mark.long),
-        pytest.param(0.335, 0.182, 0.559, marks=pytest.mark.long),
+        (0.263, 0.944, 0.353),
+        (0.335, 0.182, 0.559),
     ],
 )
 def test_no_sticking_where_motions_from_far_out_hardly_settle(mu, v_c, low):

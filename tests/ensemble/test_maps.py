@@ -155,7 +155,7 @@ def test_forced_wells_hold_a_cycle_each_or_one_chaotic_motion():
     assert all(a.orbit.period == pytest.approx(2 * np.pi) for a in small.attractors)
     one, other = (np.mean([a.orbit.x_max[0], a.orbit.x_min[0]]) for a in small.attractors)
     assert one == pytest.approx(-other)
-    large = sf.basins(oscillator(force, {C: 0.25, F: 0.4}, horizon=300.0), row)
+    large = sf.basins(oscillator(force, {C: 0.25, F: 0.4}, horizon=300.0), {"x": [-1.5, 0.5]})
     assert [a.kind for a in large.attractors] == ["irregular"]
     assert np.all(large.label == 0)
 

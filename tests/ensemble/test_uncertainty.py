@@ -96,7 +96,7 @@ def test_the_probability_of_vibration_against_its_closed_form():
 
 def test_the_error_of_a_probability_is_that_of_many_sweeps():
     rng, found = np.random.default_rng(0), []
-    for _ in range(300):
+    for _ in range(150):
         found.append(sf.probability(xr.DataArray(rng.random(200), dims="case"), below=0.3))
     values = np.array([float(f.probability) for f in found])
     assert np.std(values) == pytest.approx(np.mean([float(f.standard_error) for f in found]), rel=0.15)

@@ -24,12 +24,14 @@ Floats = ctypes.POINTER(ctypes.c_double)
 
 
 @pytest.fixture(scope="module")
-def library(tmp_path_factory):
-    """All scenes as one library: their names do not clash."""
+def library(tmp_path_factory, request):
+    """The scenes that this run asks for as one library: their names do not clash."""
+    cases = [item.callspec.params for item in request.session.items if hasattr(item, "callspec")]
+    asked = sorted({2, *(params["n"] for params in cases if "n" in params)})
     folder = tmp_path_factory.mktemp("c")
-    for n, name in enumerate(KINDS):
-        sf.export.write_c(SCENES[name], folder / f"scene{n}.c", H)
-    return ctypes.CDLL(str(build(folder, "scenes", [f"scene{n}.c" for n in range(len(KINDS))])))
+    for n in asked:
+        sf.export.write_c(SCENES[KINDS[n]], folder / f"scene{n}.c", H)
+    return ctypes.CDLL(str(build(folder, "scenes", [f"scene{n}.c" for n in asked])))
 
 
 def pointer(array):

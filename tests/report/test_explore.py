@@ -350,9 +350,9 @@ def test_other_hosts_and_origins_are_refused_whatever_the_path(served, path):
         "",
     ):
         assert answer_to(port, path, own, f"Origin: {origin}")[0] == 403, origin
-    for host in (own, f"Host: 127.0.0.1:{port}", f"HOST: LOCALHOST:{port}"):
-        for origin in ((), (f"Origin: http://localhost:{port}",), (f"Origin: http://127.0.0.1:{port}",)):
-            assert answer_to(port, path, host, *origin)[0] != 403 or path == "/ws"
+    origins = (), (f"Origin: http://localhost:{port}",), (f"Origin: http://127.0.0.1:{port}",)
+    for host, origin in zip((own, f"Host: 127.0.0.1:{port}", f"HOST: LOCALHOST:{port}"), origins, strict=True):
+        assert answer_to(port, path, host, *origin)[0] != 403 or path == "/ws"
 
 
 def test_the_socket_opens_for_its_own_page_only(served):

@@ -10,6 +10,7 @@ from symfric.scenefile import read_scene_text
 from symfric_evidence.sources.gallery import gallery
 from symfric_evidence.sources.reproduction import chosen
 from tests.browser import chromium, complaints, missing_pictures, overflow, serious_findings, show
+from tests.longer import longer
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 SOON = "number = 3\nsettle = 100\nwindow = 50"
@@ -25,11 +26,12 @@ def browser():
 
 
 @pytest.fixture(scope="module")
-def folder(browser, tmp_path_factory):
-    """Two studies, one with all sections and one with wide equations, and the index of a reproduction."""
+def folder(browser, tmp_path_factory, request):
+    """Studies, one with all sections and one with wide equations, if this run asks for it; the index of a reproduction."""
     place = tmp_path_factory.mktemp("pages")
-    for name, change in FEWER.items():
-        text = (EXAMPLES / f"{name}.toml").read_text().replace(*change)
+    cases = [item.callspec.params for item in request.session.items if hasattr(item, "callspec")]
+    for name in {"belt", *(params.get("name") for params in cases)} & set(FEWER):
+        text = (EXAMPLES / f"{name}.toml").read_text().replace(*FEWER[name])
         (place / f"{name}.html").write_text(page(study(read_scene_text(text))), encoding="utf-8")
     made = {n: (e, e.make(), 0.1) for n, e in chosen(["guida-12", "guida-3", "rolling-table-2"]).items()}
     for name, (_, found, _) in made.items():
@@ -70,7 +72,7 @@ def test_a_page_follows_the_theme(browser, folder):
 
 
 @pytest.mark.parametrize("theme", ["light", "dark"])
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("name", longer(PAGES, ["two_masses"]))
 def test_a_page_is_accessible(browser, folder, name, theme):
     show(browser, (folder / f"{name}.html").as_uri(), 1400, theme=theme)
     assert serious_findings(browser) == []

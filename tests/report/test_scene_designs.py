@@ -49,8 +49,8 @@ def test_a_table_is_the_call_of_its_function():
     expected = {"parameter": "beta", "bounds": (0.0, 1.0), "half_range": 0.0, "sticking": True, "settle": 9.0}
     assert file.plan("damper").arguments == expected
     assert file.plan("damper").varied == ("beta",)
-    found = read_scene_text(BELT + DAMPER + "speeds = [0.1, 0.45]\n").plan("damper")(belt)
-    assert found.values == sf.design.damper(belt, "beta", (0, 1), (0.1, 0.45)).values
+    found = read_scene_text(BELT + DAMPER + "speeds = [0.3, 0.45]\n").plan("damper")(belt)
+    assert found.values == sf.design.damper(belt, "beta", (0, 1), (0.3, 0.45)).values
 
 
 def test_ready_scenes_are_designed_from_files():

@@ -498,7 +498,7 @@ def empty_folder(tmp_path_factory):
     os.chdir(before)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.one_of(st.text(max_size=200), st.lists(WORDS, max_size=30).map("".join)))
 def test_any_expression_is_read_or_refused(empty_folder, text):
     result = or_refusal(parse_expression, text, NAMES, "here", ["belt"])
@@ -506,7 +506,7 @@ def test_any_expression_is_read_or_refused(empty_folder, text):
     assert not os.listdir(empty_folder)
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(st.one_of(st.text(max_size=300), st.lists(LINES, max_size=25).map("\n".join)))
 def test_any_file_is_read_or_refused(empty_folder, text):
     result = or_refusal(read_scene_text, text)
@@ -514,7 +514,7 @@ def test_any_file_is_read_or_refused(empty_folder, text):
     assert not os.listdir(empty_folder)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.binary(max_size=300))
 def test_any_bytes_are_read_or_refused(empty_folder, tmp_path_factory, data):
     path = tmp_path_factory.mktemp("bytes") / "any.toml"
@@ -523,7 +523,7 @@ def test_any_bytes_are_read_or_refused(empty_folder, tmp_path_factory, data):
         read_scene_file(path)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(st.integers(0, len(own()) - 1), st.characters(codec="utf-8"))
 def test_one_changed_character_never_ends_in_another_error(position, character):
     text = own()

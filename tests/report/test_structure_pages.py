@@ -260,6 +260,7 @@ def test_a_scene_made_in_python_has_a_study():
     assert "flutter" in found.result.skipped()
 
 
+@pytest.mark.long(beside="test_the_page_of_a_made_brake_draws_its_mesh_and_says_which_contacts_open")
 def test_a_follower_load_is_no_coefficient_of_friction():
     """Ziegler's column with equal small dampers loses its stability under P = 41/28, by both ways."""
     text = """
@@ -287,6 +288,7 @@ def test_a_follower_load_is_no_coefficient_of_friction():
     assert "coefficient of friction" not in page(result)
 
 
+@pytest.mark.long(beside="test_the_page_of_a_made_brake_draws_its_mesh_and_says_which_contacts_open")
 def test_names_from_other_programs_are_text(two):
     """Names of nodes and contacts may hold anything: they are neither mathematics nor HTML."""
     (two / "two" / "names.txt").write_text("<b>1:UX$_{\nn$2 & y\n")

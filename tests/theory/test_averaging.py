@@ -116,7 +116,7 @@ def simulated(h, omega, guess):
     def field(_t, y):
         return y[1], -(omega**2) * y[0] - h(y[0], y[1])
 
-    run = integrate.solve_ivp(field, (0, 600), [guess, 0.0], events=turn, method="DOP853", rtol=1e-10, atol=1e-12)
+    run = integrate.solve_ivp(field, (0, 300), [guess, 0.0], events=turn, method="DOP853", rtol=1e-10, atol=1e-12)
     t, q = run.t_events[0], run.y_events[0][:, 0]
     return abs(q[-1] - q[-2]) / 2, 2 * np.pi / (t[-1] - t[-3])
 

@@ -27,7 +27,7 @@ def two_masses(law, mass=((1.0, 0.0), (0.0, 2.0))):
     )
 
 
-def amplitude_drift(field, p, x, kick, cycles=30):
+def amplitude_drift(field, p, x, kick, cycles=16):
     """Coefficient a from a simulation at the Hopf point, where 1/r^2 falls with slope 2 a."""
     s = field.directions(x, p)
 

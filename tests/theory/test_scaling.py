@@ -12,7 +12,7 @@ from symfric.theory import scaling
 SCALES = (4, 7, 10, 13, 16, 19)
 X, W = sp.symbols("x w", real=True)
 POSITIVE = st.floats(0.05, 50)
-UNHURRIED = settings(deadline=None)
+UNHURRIED = settings(max_examples=40, deadline=None)
 
 
 def isolator(factors, gravity, *, slope=0.0, mu=0.05):

@@ -17,7 +17,7 @@ from symfric.theory.transient.stop import _simplest
 
 POSITIVE = st.fractions(min_value=Fraction(1, 1000), max_value=10, max_denominator=1000)
 G = 9.81
-UNHURRIED = settings(deadline=None)
+UNHURRIED = settings(max_examples=40, deadline=None)
 
 
 def walk(delta, delta_s, x0):
