@@ -37,7 +37,7 @@ def test_a_motion_that_begins_late_is_the_same(which):
     span = 12.0
     early = sf.simulate(prepared(which, span), tolerance=1e-9).checked()
     assert len(early.events) > 5
-    for begin in (1e3, 1e5, 1e7):
+    for begin in (1e3, 1e5):
         late = sf.simulate(prepared(which, span).where({T_0: begin}).until(begin + span), tolerance=1e-9).checked()
         kinds = [[(e.contact, e.kind) for e in run.events] for run in (early, late)]
         assert kinds[0] == kinds[1]

@@ -186,8 +186,8 @@ def _complete_forces(w: LoopArrays, n_c: int, held: int) -> None:
 def leave_at_limit(w: LoopArrays, n_c: int) -> bool:
     """Mark the contacts that start at the end of a common sticking as leaving; return whether it is there.
 
-    It is there, too, if forces that were told at this very instant reach a bound at once: near the limit, whose place is
-    known to the rounding of time alone.
+    It is there, too, if forces that were told at this very instant reach a bound at once: so near the limit nothing but
+    the rounding of time tells its place.
     """
     row = COUPLING + n_c + w.limits.n_q + w.limits.coupled
     for i in range(n_c):

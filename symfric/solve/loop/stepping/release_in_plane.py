@@ -343,10 +343,10 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
     keep_straight(w, n_x, n_c, time)
     for g in range(w.guards.hit.size):
         w.guards.hit[g], w.guards.fresh[g] = 0, 0
-    for k in range(w.planes.row.size):  # those of the same slip arrive together
+    for k in range(w.planes.row.size):  # those whose slip is zero then, to rounding, arrive together
         i = w.planes.row[k]
         speed, rate = w.c[n_x + backward(i), 0], w.c[n_x + backward(i), 1]
-        if k == hit or (w.m[i] == 0.0 and rate < 0.0 and abs(speed + rate * time) <= ROUNDING * speed):
+        if k == hit or (w.m[i] == 0.0 and rate < 0.0 and abs(speed + rate * time) <= _rounding_of_slip(w, i, rate)):
             w.guards.hit[backward(i)], w.planes.arrived[k] = 1, 1
     w.counts.phase = SELECT
     return True

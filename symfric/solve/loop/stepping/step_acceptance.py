@@ -10,7 +10,7 @@ import numpy as np
 from symfric.codegen.numba_types import call_code, compiled
 from symfric.solve.loop.arithmetic import box_of_step, defect_of_rate, defect_of_value, size_of_row, slope, value
 from symfric.solve.loop.codes import REACH
-from symfric.solve.loop.modes.tolerances import instant
+from symfric.solve.loop.modes.tolerances import instant, natural_time
 from symfric.solve.loop.precision import EPS
 from symfric.solve.loop.statements import NOTHING, SLACK
 from symfric.solve.loop.stepping.calls import bound_terms, bound_unseen, probe_trial
@@ -103,9 +103,13 @@ def _hides_nothing(w: LoopArrays, n_x: int, begin: float, end: float, tau: float
 
 @compiled
 def _rounding(w: LoopArrays, r: int) -> float:
-    """Return the rounding error of row r, whose terms may cancel, while states and time stay in ``w.step.box``."""
+    """Return the rounding error of row r, whose terms may cancel, while states and time stay in ``w.step.box``.
+
+    Late in a run the rounding of time counts for more than that of the terms, as those that are functions of time show.
+    """
     bound_terms(w)
-    return _ROUNDING * w.step.terms[r] if w.step.terms[r] < np.inf else 0.0
+    part = max(_ROUNDING, instant(w) / natural_time(w))
+    return part * w.step.terms[r] if w.step.terms[r] < np.inf else 0.0
 
 
 @compiled(inline=True, fused=True)
