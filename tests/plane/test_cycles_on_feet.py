@@ -1,4 +1,4 @@
-"""Limit cycles of bodies on feet: multipliers against differences of runs, cycles against one line contact; rest."""
+"""Limit cycles and branches of bodies on feet: against differences of runs, long runs and one contact along a line."""
 
 import math
 

@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 
 import symfric as sf
+from symfric.solve.integrators import program
 from symfric.solve.integrators.dense_output.hermite import first_fall
 from symfric.solve.integrators.route import Integrators
 from symfric.solve.integrators.sizes import first_sizes
@@ -165,6 +166,17 @@ def test_a_budget_of_steps_ends_the_run_with_a_status():
     assert run.status == sf.Status.STEP_BUDGET
     assert 0 < run.t_final < named("P2").scene.horizon
     assert run.stats["steps"] < 5000  # the budget and one piece
+
+
+@pytest.mark.parametrize(("longest", "status"), [(1e-11, "INTEGRATOR"), (1e-3, "OK")])
+def test_a_run_that_stands_still_ends_with_a_status(longest, status, monkeypatch):
+    """As many pieces as are looked at together advance by far less than a millionth of the run, or by more."""
+    monkeypatch.setattr(program, "_PIECES", 50)
+    scene = named("P2").scene
+    run = sf.prepare(scene, 1e-6, Integrators(max_step=longest * scene.horizon)).run()
+    assert run.status == sf.Status[status]
+    assert run.stats["pieces"] == 50 or status == "OK"
+    assert run.stats["pieces"] >= 50
 
 
 SLIPS = {  # of a slip that begins at zero and may be shorter than a step; continued beyond zero, laws may be singular
