@@ -39,7 +39,7 @@ from symfric.solve.loop.workspace import LoopArrays
 
 LAST = 1e-12  # part of the natural time before a stop that is a straight line
 # speed, in slips of contacts that stick, at which one on the same bodies has stopped; longest straight line then
-_OF_DRIFT, _LAST_OF_DRIFT = 10.0, 1e-10
+_OF_DRIFT, _LONGEST = 10.0, 1e-10
 _NEAR = 1e3  # slip, in rounding errors of it, from which on these are told of the present state
 _WITHIN = 0.9  # longest start, as part of the time to the next sample
 # most lengths that are tried for slips to be straight, the next one relative to one that is too long, and most others
@@ -315,7 +315,8 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
 
     Velocities keep their directions until the modes are selected: they lead to the derivatives of the time of the stop.
     """
-    hit, time, nature, measured = -1, LAST * natural_time(w), natural_time(w), False
+    nature = natural_time(w)
+    hit, time, measured = -1, LAST * nature, False
     for k in range(w.planes.row.size):
         i = w.planes.row[k]
         row = n_x + backward(i)
@@ -324,14 +325,15 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
             continue
         size = max(w.gauge[TERMS, i], w.gauge[TERMS, i + 1])
         depends = w.limits.coupled and w.contacts.depends[i]
-        near = _NEAR * _rounding_of_slip(w, i, rate)
-        if not measured and (speed < near or (depends and speed < w.clock.tolerance * size)):
+        least = _rounding_of_slip(w, i, rate)
+        if not measured and (speed < _NEAR * least or (depends and speed < w.clock.tolerance * size)):
             measure(w, w.y, w.gauge)
-            measured = True
-        if speed < max(-rate * time, _rounding_of_slip(w, i, rate)):
-            hit, time = k, min(speed / -rate, max(time, _LAST_OF_DRIFT * nature))
-        elif hit < 0 and depends and speed < w.clock.tolerance * size and speed <= _OF_DRIFT * _drift(w, i, n_c):
-            hit, time = k, min(speed / -rate, _LAST_OF_DRIFT * nature)
+            measured, least = True, _rounding_of_slip(w, i, rate)
+        stops = speed < max(-rate * time, least)
+        if hit < 0 and depends and not stops and speed < w.clock.tolerance * size:
+            stops = speed <= _OF_DRIFT * _drift(w, i, n_c)
+        if stops:
+            hit, time = k, min(speed / -rate, _LONGEST * nature)
     if hit < 0:
         return False
     n_q, n_y = w.limits.n_q, n_x // (1 + w.limits.varied)

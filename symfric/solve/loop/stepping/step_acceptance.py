@@ -44,16 +44,18 @@ def proven(w: LoopArrays, n_x: int, tau: float) -> float:
 
 @compiled(fused=True)
 def _proven(w: LoopArrays, n_x: int, tau: float) -> float:
-    if _hides_nothing(w, n_x, 0.0, tau, tau):
-        return tau if _obeys(w, n_x, tau, tau) else 0.25 * tau
+    # late in a run the rounding of time counts for more than that of the terms, as functions of time among them show
+    part = max(_ROUNDING, instant(w) / natural_time(w))
+    if _hides_nothing(w, n_x, 0.0, tau, tau, part):
+        return tau if _obeys(w, n_x, tau, tau, part) else 0.25 * tau
     begin, length = 0.0, 0.5 * tau
     _note_bends(w, n_x, tau)
     for _ in range(_PARTS):
         end = begin + length
         if end >= tau * (1.0 - 8.0 * EPS):
             end = tau
-        if _hides_nothing(w, n_x, begin, end, tau):
-            if not (_obeys(w, n_x, 0.5 * (begin + end), tau) and _obeys(w, n_x, end, tau)):
+        if _hides_nothing(w, n_x, begin, end, tau, part):
+            if not (_obeys(w, n_x, 0.5 * (begin + end), tau, part) and _obeys(w, n_x, end, tau, part)):
                 break
             if end == tau:
                 return tau
@@ -77,8 +79,8 @@ def _note_bends(w: LoopArrays, n_x: int, tau: float) -> None:
 
 
 @compiled(fused=True)
-def _hides_nothing(w: LoopArrays, n_x: int, begin: float, end: float, tau: float) -> bool:
-    """Whether unseen features between two times of the step stay below the tolerance."""
+def _hides_nothing(w: LoopArrays, n_x: int, begin: float, end: float, tau: float, part: float) -> bool:
+    """Whether unseen features between two times of the step stay below the tolerance; `part` as in `_rounding`."""
     half = 0.5 * (end - begin)
     order, middle = w.c.shape[1] - 1, begin + half
     for r in range(n_x):
@@ -96,19 +98,18 @@ def _hides_nothing(w: LoopArrays, n_x: int, begin: float, end: float, tau: float
             allowed = w.clock.tolerance * max(w.scale[r], start * tau) / (end - begin) + NOTHING
         else:
             allowed = w.clock.tolerance * size_of_row(w.scale[r], w.c[r, 0], w.c[r, 1], tau) + NOTHING
-        if not w.step.unseen[r] <= allowed and not w.step.unseen[r] <= allowed + _rounding(w, r):
+        if not w.step.unseen[r] <= allowed and not w.step.unseen[r] <= allowed + _rounding(w, r, part):
             return False
     return True
 
 
 @compiled
-def _rounding(w: LoopArrays, r: int) -> float:
+def _rounding(w: LoopArrays, r: int, part: float) -> float:
     """Return the rounding error of row r, whose terms may cancel, while states and time stay in ``w.step.box``.
 
-    Late in a run the rounding of time counts for more than that of the terms, as those that are functions of time show.
+    It is a part of the magnitudes of these terms.
     """
     bound_terms(w)
-    part = max(_ROUNDING, instant(w) / natural_time(w))
     return part * w.step.terms[r] if w.step.terms[r] < np.inf else 0.0
 
 
@@ -122,8 +123,8 @@ def try_end(w: LoopArrays, n_x: int, t: float) -> None:
 
 
 @compiled(fused=True)
-def _obeys(w: LoopArrays, n_x: int, t: float, tau: float) -> bool:
-    """Whether rates and exposed rows of the polynomial after the time t satisfy the equations (small defect)."""
+def _obeys(w: LoopArrays, n_x: int, t: float, tau: float, part: float) -> bool:
+    """Whether rates and exposed rows of the polynomial after a time satisfy the equations; `part` as in `_rounding`."""
     try_end(w, n_x, t)
     w.step.end[n_x] = w.y[n_x] + (w.clock.t_low + t)
     note_rates(w)
@@ -132,7 +133,7 @@ def _obeys(w: LoopArrays, n_x: int, t: float, tau: float) -> bool:
         rate, start, truth = slope(w.c[r], t), abs(w.c[r, 1]), w.probe[r, 1]
         allowed = defect_of_rate(w.scale[r], start, truth, t, tolerance)
         error = abs(rate - truth) * t
-        if error > allowed and error > allowed + t * _rounding(w, r):
+        if error > allowed and error > allowed + t * _rounding(w, r, part):
             return not abs(truth) < np.inf  # a singular point ends the step; `start_singular` continues from it
     for e in range(w.tables.exposed.size):
         r = w.tables.exposed[e]
@@ -141,7 +142,7 @@ def _obeys(w: LoopArrays, n_x: int, t: float, tau: float) -> bool:
         truth = w.probe[r, 0]
         error = abs(value(w.c[r], w.c.shape[1] - 1, t) - truth)
         allowed = defect_of_value(size_of_row(w.scale[r], w.c[r, 0], w.c[r, 1], tau), truth, tolerance)
-        if error > allowed and error > allowed + _rounding(w, r) + abs(w.c[r, 1]) * instant(w):
+        if error > allowed and error > allowed + _rounding(w, r, part) + abs(w.c[r, 1]) * instant(w):
             return not abs(truth) < np.inf
     return True
 
