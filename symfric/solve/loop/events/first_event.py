@@ -7,12 +7,13 @@ from symfric.solve.loop.codes import FORCES, HIT, LOADED, TERMS
 from symfric.solve.loop.events.polynomials import first_crossing
 from symfric.solve.loop.modes.layout import contact_of, is_along_line, is_load, is_slip, is_switch, sign, switch
 from symfric.solve.loop.modes.resting_edges import decisive, size_of
-from symfric.solve.loop.modes.tolerances import instant, natural_time, no_acceleration
+from symfric.solve.loop.modes.tolerances import LAST, instant, natural_time, no_acceleration
 from symfric.solve.loop.precision import EPS, LEAST_TERM, NEAREST, TOUCH
 from symfric.solve.loop.stepping.series import PROBED
 from symfric.solve.loop.stepping.step_acceptance import reach
 from symfric.solve.loop.workspace import LoopArrays
 
+_SHORT = 0.5  # where a step to a stop in the plane ends, as part of the straight line before it
 _WITHIN = 16.0  # slip of a contact that others hold, in roundings of its size, up to which it is zero
 
 
@@ -20,7 +21,8 @@ _WITHIN = 16.0  # slip of a contact that others hold, in roundings of its size, 
 def first_event(w: LoopArrays, n_x: int, n_c: int, h: float, far: float) -> float:
     """Return the time to the first guard that becomes negative within `far`, else h; mark it in ``w.guards.hit``.
 
-    A switch that returns to zero within the error of the run is not marked; half of its time is the next step.
+    A switch that returns to zero within the error of the run is not marked; half of its time is the next step. Nor is
+    the stop of a slip in the plane, which has a direction just before it only: the step ends there.
     """
     n_g = w.guards.hit.size
     w.counts.flagged = 0
@@ -63,6 +65,11 @@ def first_event(w: LoopArrays, n_x: int, n_c: int, h: float, far: float) -> floa
         for g in range(n_g):
             w.guards.hit[g] = 0
         return 0.5 * tau
+    before = tau - _SHORT * LAST * natural_time(w) if which >= 0 and _stops_in_plane(w, which) else 0.0
+    if before > instant(w):
+        for g in range(n_g):
+            w.guards.hit[g] = 0
+        return before
     if which >= 0:
         w.guards.hit[which] = 1
         for g in range(which):
@@ -71,6 +78,12 @@ def first_event(w: LoopArrays, n_x: int, n_c: int, h: float, far: float) -> floa
         w.counts.flagged = LOADED if is_load(w, which) else HIT
         return tau
     return h
+
+
+@compiled(inline=True)
+def _stops_in_plane(w: LoopArrays, g: int) -> bool:
+    """Whether guard g is the speed of a contact in the plane that slips."""
+    return is_along_line(w, g) and w.contacts.partner[contact_of(g)] >= 0 and w.m[contact_of(g)] == 0.0
 
 
 @compiled

@@ -18,6 +18,7 @@ from symfric.solve.loop.codes import JUMP
 from symfric.solve.loop.events.crossings import jumped_across
 from symfric.solve.loop.events.impacts import forget_closed
 from symfric.solve.loop.events.polynomials import roots
+from symfric.solve.loop.modes.feet_slips import has_one_way
 from symfric.solve.loop.modes.layout import (
     backward,
     contact_of,
@@ -145,7 +146,8 @@ def _doubt(w: LoopArrays, n_x: int, n_c: int, slopes: int) -> None:
         w.counts.doubts += rate * natural_time(w) <= (2.0 * w.clock.tolerance) ** 0.5
     for i in range(n_c):
         slipped, slips = w.saltation.before[first + i] < 0.5, w.m[i] < 0.5
-        w.counts.doubts += slipped and w.m[i] == STARTS  # it stopped and started at once
+        if slipped and w.m[i] == STARTS:  # it stopped and started at once
+            w.counts.doubts += not has_one_way(w, n_c, i)
         changes = slipped != slips or (slips and w.saltation.before[first + direction(i, n_c)] != way(w, i))
         changed = changed or changes
         ended = changes and slipped and (w.selection.zero[i] or not w.counts.jumped)

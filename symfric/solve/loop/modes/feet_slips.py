@@ -39,6 +39,21 @@ def take_all(w: LoopArrays, n_c: int) -> None:
 
 
 @compiled
+def has_one_way(w: LoopArrays, n_c: int, i: int) -> bool:
+    """Whether the slip of contact i in the plane has one direction, as contacts stick that stuck before this event.
+
+    So has that of a foot that swings about another one.
+    """
+    if w.limits.coupled == 0:
+        return False
+    for k in range(n_c):
+        w.feet.among[k] = w.m[k] > 0.5 and w.saltation.before[w.p.size + k] > 0.5
+    held = factorise(w, n_c)
+    w.feet.among[i], w.feet.among[w.contacts.partner[i]] = 1, 1
+    return bool(factorise(w, n_c) == held + 1)
+
+
+@compiled
 def factorise(w: LoopArrays, n_c: int) -> int:
     """Compute L; return how many slips are independent."""
     f, slopes, response = w.feet, w.basis.slopes, w.basis.response

@@ -6,6 +6,7 @@ from symfric.solve.loop.codes import COUPLING, FORCES, PULL, TERMS
 from symfric.solve.loop.precision import ROUNDING
 from symfric.solve.loop.workspace import LoopArrays
 
+LAST = 1e-12  # part of the natural time before a stop in the plane that is a straight line
 EARLIER = 0.125  # weight of the size of a slip with the largest velocities so far beside the present size
 
 

@@ -29,7 +29,7 @@ from symfric.solve.loop.arithmetic import value
 from symfric.solve.loop.codes import COUPLING, FORCES, PULL, SELECT, SLIP, TERMS
 from symfric.solve.loop.events.first_event import first_event
 from symfric.solve.loop.modes.layout import backward, forward
-from symfric.solve.loop.modes.tolerances import instant, natural_time
+from symfric.solve.loop.modes.tolerances import LAST, instant, natural_time
 from symfric.solve.loop.precision import EPS, ROUNDING, TINY
 from symfric.solve.loop.stepping.calls import expand, measure, prelude
 from symfric.solve.loop.stepping.common_start import depend_on_each_other, turn_feet
@@ -37,7 +37,6 @@ from symfric.solve.loop.stepping.singular_start import keep_straight
 from symfric.solve.loop.stepping.step_acceptance import proven
 from symfric.solve.loop.workspace import LoopArrays
 
-LAST = 1e-12  # part of the natural time before a stop that is a straight line
 # speed, in slips of contacts that stick, at which one on the same bodies has stopped; longest straight line then
 _OF_DRIFT, _LONGEST = 10.0, 1e-10
 _NEAR = 1e3  # slip, in rounding errors of it, from which on these are told of the present state
