@@ -297,7 +297,7 @@ class ModeIntegrators:
         low, high = y.min(axis=1), y.max(axis=1)
         between = 0.25 * np.max(np.diff(t)) * np.max(np.abs(piece.first), axis=1)
         middle, radius = 0.5 * (low + high), 0.5 * (high - low) + between
-        box = np.concatenate([middle, [0.5 * (t[0] + t[-1])], radius, [0.5 * span]])
+        box = np.concatenate([middle, [0.5 * (t[0] + t[-1])], radius, [0.5 * span], np.zeros(self.n_x + 1)])
         unseen = np.array(self._unseen(box, start.p, start.m)).ravel()
         states = start.size + np.max(np.abs(piece.state), axis=1)
         rows = filled(np.max(np.abs(piece.rows[0]) + self._look(t[:1], piece.state[:, :1], start)[-1], axis=1))

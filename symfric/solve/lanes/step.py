@@ -108,6 +108,7 @@ def _hide_nothing(kernel: Kernel, c: Sequence[Row], h: Value, aux: Row) -> None:
     boxes = [statements.box_of_step(row, plan.order, h) for row in c[: plan.n_x]]
     half = 0.5 * h
     box = [*(middle for middle, _ in boxes), v["t"] + (v["t_low"] + half), *(radius for _, radius in boxes), half]
+    box += [*(row[1] * half for row in c[: plan.n_x]), half]
     (bound,) = kernel.g.graph(kernel.variant.unseen, [box, aux])
     for r in kernel.exposed:
         if r < plan.n_x:

@@ -208,7 +208,7 @@ def make_arrays(
         matrices=matrices,
         powers=powers,
         step=Step.zeros(
-            lengths=2, reach=n_x + n_g, end=n_x + 1, unseen=n_h, terms=n_h, box=2 * n_x + 2, bend=n_x, base=(3, n_x)
+            lengths=2, reach=n_x + n_g, end=n_x + 1, unseen=n_h, terms=n_h, box=3 * n_x + 3, bend=n_x, base=(3, n_x)
         ),
         roots=Roots.zeros(
             poly=order + 5, slope=order + 2, places=order + 2, stack=(DEPTH + 4, max(order, QUARTIC) + 4)

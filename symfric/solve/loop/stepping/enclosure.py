@@ -11,12 +11,13 @@ References
 Moore, Kearfott and Cloud, Introduction to Interval Analysis (2009), chapters 5 and 6, for the intervals.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import casadi as ca
 
 from symfric.codegen.instructions import ENTIRE, Node, read
 from symfric.solve.loop.stepping.operation_bounds import Range, judged, operation, within
+from symfric.solve.loop.stepping.trend_bounds import Trend, narrowed, squared_under_roots, trend_of
 
 _PASSING = {ca.OP_ADD, ca.OP_SUB, ca.OP_MUL, ca.OP_SQ, ca.OP_DIV, ca.OP_IF_ELSE_ZERO, ca.OP_NEG, ca.OP_TWICE}
 _PASSING |= {ca.OP_ASSIGN, ca.OP_LIFT, ca.OP_SQRT, ca.OP_INV}
@@ -74,9 +75,9 @@ def hiding(nodes: list[Node], order: int) -> list[bool]:
 def unseen(
     nodes: list[Node], wanted: list[int], n_x: int, order: int, fixed: Callable[[int], ca.SX | None]
 ) -> tuple[ca.SX, ca.SX, ca.SX]:
-    """Return the box ``[middles; radii]`` of states and time, and bounds for the nodes `wanted`.
+    """Return the box ``[middles; radii; slopes]`` of states and time, and bounds for the nodes `wanted`.
 
-    The bounds are those of unseen features, and of the sums of magnitudes of terms, the scale of rounding.
+    Slopes are half of what they change by over the box as straight lines, a part of their radii. The bounds are those of unseen features, and of the sums of magnitudes of terms, the scale of rounding.
 
     Parameters
     ----------
@@ -89,8 +90,11 @@ def unseen(
     fixed : callable
         Value of a node that does not move, None if it is zero.
     """
-    box = ca.SX.sym("box", 2 * (n_x + 1))
+    box = ca.SX.sym("box", 3 * (n_x + 1))
     needed = _ancestors(nodes, wanted)
+    small = squared_under_roots(nodes) & needed
+    trending = _ancestors(nodes, small)
+    trends: dict[int, Trend] = {}
     high = [n > order // 2 and node.op in (ca.OP_MUL, ca.OP_SQ) for n, node in zip(degrees(nodes), nodes, strict=True)]
     rated = _ancestors(nodes, [i for i in needed if high[i]])
     ranges: dict[int, Range] = {}
@@ -103,8 +107,16 @@ def unseen(
         elif node.place is not None:
             k = node.place[1] if node.place[0] == 0 else n_x
             ranges[i] = Range(box[k], box[n_x + 1 + k])
+            if i in trending:
+                slope = box[2 * (n_x + 1) + k]
+                trends[i] = Trend(slope, ca.fmax(ranges[i].spread - ca.fabs(slope), 0))
         else:
-            ranges[i] = operation(node.op, [ranges[a] for a in node.args])
+            given = [ranges[a] for a in node.args]
+            ranges[i] = operation(node.op, given)
+            if i in trending:
+                trends[i] = trend_of(node.op, given, [trends.get(a) for a in node.args], ranges[i])
+            if i in small:
+                ranges[i] = narrowed(ranges[i], trends[i])
         if i in rated:
             degree[i] = _degree(node, ranges[i], degree)
         if high[i]:
@@ -178,7 +190,7 @@ def unseen_by(field: ca.Function, order: int) -> ca.Function | None:
     return ca.Function("unseen", [box, given[2], given[3]], [ca.densify(bounds)], {"cse": True})
 
 
-def _ancestors(nodes: list[Node], wanted: list[int]) -> set[int]:
+def _ancestors(nodes: list[Node], wanted: Iterable[int]) -> set[int]:
     ancestors, todo = set(), list(wanted)
     while todo:
         i = todo.pop()

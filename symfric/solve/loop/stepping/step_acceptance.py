@@ -86,10 +86,13 @@ def _hides_nothing(w: LoopArrays, n_x: int, begin: float, end: float, tau: float
     for r in range(n_x):
         if begin == 0.0 and end == tau:  # the whole step, which is cheaper and usually sufficient
             w.step.box[r], w.step.box[n_x + 1 + r] = box_of_step(w.c[r], order, tau)
+            w.step.box[2 * n_x + 2 + r] = w.c[r, 1] * half
         else:
-            w.step.box[r] = value(w.c[r], order, middle)
-            w.step.box[n_x + 1 + r] = abs(slope(w.c[r], middle)) * half + 0.5 * half * half * w.step.bend[r]
+            change = slope(w.c[r], middle) * half
+            w.step.box[r], w.step.box[2 * n_x + 2 + r] = value(w.c[r], order, middle), change
+            w.step.box[n_x + 1 + r] = abs(change) + 0.5 * half * half * w.step.bend[r]
     w.step.box[n_x], w.step.box[2 * n_x + 1] = w.y[n_x] + (w.clock.t_low + middle), half
+    w.step.box[3 * n_x + 2] = half
     bound_unseen(w)
     for e in range(w.tables.exposed.size):
         r = w.tables.exposed[e]
