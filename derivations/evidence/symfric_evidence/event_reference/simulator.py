@@ -231,7 +231,10 @@ class _Motion:
                 if te > t:
                     dense = self._stepped(t, y, te, rate)
                     te = _crossing(lambda t: function(row, t, dense), t, te)  # noqa: B023
-                return te, dense(te), self._zero(mode, row), False
+                zero = self._zero(mode, row)
+                if self.e.n_c <= row < len(zero) and function(row, te, dense) < -_ZERO[1] * self.largest[row]:
+                    zero[row] = False  # a kink that the error of interpolation had not yet reached is behind it
+                return te, dense(te), zero, False
             self._check(0.5 * (t + solver.t), dense, mode)
             self._keep(t, y, solver.t, rate)
             t, y, first = solver.t, solver.y.copy(), False

@@ -210,9 +210,10 @@ class Dice:
         """Return a start at which some slips are zero; at the "edge" constant forces bring them to their bounds too."""
         chosen = rng.random(self._n_c) < 0.6
         chosen[rng.integers(self._n_c)] = True
-        slip, slopes, _, _ = self._look(values, start)
         start = start.copy()
-        start[self._n :] -= np.linalg.lstsq(slopes[chosen], slip[chosen], rcond=None)[0]
+        for _ in range(2):  # once more, because other speeds may be larger than those of a slip: zero to its own rounding
+            slip, slopes, _, _ = self._look(values, start)
+            start[self._n :] -= np.linalg.lstsq(slopes[chosen], slip[chosen], rcond=None)[0]
         if kind == "surface":
             return start
         _, _, bounds, force = self._look(values, start)
