@@ -200,8 +200,8 @@ class Choice:
     def at(self, t: float, y: np.ndarray, at_zero: Sequence[bool], small: np.ndarray) -> SmoothMode | None:
         """Return the admissible mode in which most contacts stick; None if there is none.
 
-        Where contacts that share what they hold reach what they can, those within their bounds go on sticking first:
-        less friction of theirs once they slip would also admit that they slip instead of others.
+        Where contacts reach what they can hold, those within their bounds go on sticking first: less friction of theirs
+        once they slip would also admit that they slip instead of others.
 
         Parameters
         ----------
@@ -256,17 +256,20 @@ class Choice:
         slips: Sequence[float] | np.ndarray,
         signs: Sequence[int],
     ) -> list[int]:
-        """Return the contacts within their bounds where those that stick, and share what they hold, reach the limit.
+        """Return the contacts within their bounds where those that stick reach the limit.
 
-        There a larger bound of one of them would change nothing.
+        Where they share what they hold, a larger bound of one of them would change nothing there.
         """
         n_c, remembers = self.m.e.n_c, self.m.e.remembers
         stuck = [i for i in range(n_c) if at_zero[i] and not remembers[i]]
         mode = SmoothMode(tuple(0 if i in stuck else int(np.sign(w)) for i, w in enumerate(slips)), tuple(signs))
         _, push, parts = motion = self.m.motion(t, y, mode)
         rows, bounds = parts[3][stuck], parts[6][stuck]
-        if len(stuck) < 2 or np.linalg.matrix_rank(rows, tol=_RANK) == len(stuck):
+        if len(stuck) < 2:
             return []
+        if np.linalg.matrix_rank(rows, tol=_RANK) == len(stuck):
+            excess = self.m.excess(t, y, mode, motion)[stuck]
+            return [i for i, e, bound in zip(stuck, excess, bounds, strict=True) if e < -1e-9 * bound]
         total = rows.T @ push[stuck]
         size = float(np.max(np.abs(total)) + np.max(bounds))
         loaded = np.flatnonzero(bounds > 1e-6 * size)
