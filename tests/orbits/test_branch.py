@@ -213,3 +213,17 @@ def test_errors_and_manners(belt):
     import matplotlib.pyplot as plt
 
     plt.close("all")
+
+
+def test_no_orbit_lies_outside_the_span():
+    """The last orbit before the end of a span was corrected beyond it, for one of these spans."""
+    x, u, F = *sp.symbols("x u", real=True), sp.Symbol("F", positive=True)
+    force = F * sp.cos(sp.Rational(8, 5) * sf.TIME) - u * sp.Rational(3, 100) - x**3 / 10 - x
+    contact = sf.Contact("c", u, 1, sf.laws.coulomb(0.24, 0.22))
+    scene = sf.Scene(sf.System([x], [u], sp.Matrix([[1]]), [force]), [contact], {F: 0.5}, {x: 1, u: 0}, 60.0)
+    start = sf.limit_cycle(scene)
+    for high in np.linspace(0.52, 0.56, 41):
+        branch = sf.continue_cycle(scene, F, (0.345, high), start=start)
+        assert branch.ends == ("span", "span")
+        assert (branch.values[0], branch.values[-1]) == (0.345, high)
+        assert np.all(np.diff(branch.values) > 0)

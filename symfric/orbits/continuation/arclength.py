@@ -102,28 +102,51 @@ def step_along(
     `step`; the solutions `behind` only make the guess better.
     """
     along, guess, normal = step, point.z + step * way, way / size**2
-    here, there = point.z[-len(limits) :], guess[-len(limits) :]
-    crossed = [k for k, (low, high) in enumerate(limits) if not low < there[k] < high and there[k] != here[k]]
-    if crossed:
-        ends = [limits[k, int(there[k] >= limits[k, 1])] for k in crossed]
-        shares = [(end - here[k]) / (there[k] - here[k]) for k, end in zip(crossed, ends, strict=True)]
-        first = int(np.argmin(shares))
-        along *= max(0.0, shares[first])
-        guess = point.z + along * way
-        place = guess.size - len(limits) + crossed[first]
-        guess[place] = ends[first]
-        normal = np.zeros(guess.size)
-        normal[place] = 1.0
+    limit = _limit_passed(point.z, guess, limits)
+    if limit:
+        along *= limit.share
+        guess, normal = _at(limit, point.z + along * way)
     better = guess
     if behind:
         away = bend_ahead(point, way, behind, along, size)
         better = guess + away - way * float(normal @ away) / float(normal @ way)
     try:
         new = solve(system, better, normal, CORRECTIONS, reference=guess, beside=point, slow=_SLOW)
+        passed = None if limit else _limit_passed(point.z, new.z, limits)
+        if passed:  # by what the corrections added to the step
+            limit = passed
+            guess, normal = _at(limit, point.z + limit.share * (new.z - point.z))
+            new = solve(system, guess, normal, CORRECTIONS, reference=guess, beside=point, slow=_SLOW)
     except NotFound:
         return None, False
     # rest solves the equations too; and what lies farther off than the step may be another branch
     rests = np.all(new.passage.ranges <= REST * point.passage.ranges)
     if rests or np.linalg.norm((new.z - guess) / size) > max(step, 1e-9):
         return None, False
-    return system.across_itself(new), bool(crossed)
+    return system.across_itself(new), limit is not None
+
+
+class _Limit(NamedTuple):
+    """A limit of a parameter that a step passes."""
+
+    place: int  # of the parameter among the unknowns
+    value: float
+    share: float  # of the step, from 0 to 1, at which it is reached
+
+
+def _limit_passed(here: np.ndarray, there: np.ndarray, limits: np.ndarray) -> _Limit | None:
+    """Return the first limit of a parameter on the line from here to there, both (n_z,); None if it passes none."""
+    passed = []
+    for place, (low, high) in enumerate(limits, here.size - len(limits)):
+        if not low < there[place] < high and there[place] != here[place]:
+            value = high if there[place] >= high else low
+            share = (value - here[place]) / (there[place] - here[place])
+            passed.append(_Limit(place, value, max(0.0, share)))
+    return min(passed, key=lambda limit: limit.share, default=None)
+
+
+def _at(limit: _Limit, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return unknowns with a parameter at its limit, and the normal of the plane of these, (n_z,)."""
+    z, normal = z.copy(), np.zeros(z.size)
+    z[limit.place], normal[limit.place] = limit.value, 1.0
+    return z, normal

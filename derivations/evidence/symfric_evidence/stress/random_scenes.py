@@ -211,7 +211,7 @@ class Dice:
         chosen = rng.random(self._n_c) < 0.6
         chosen[rng.integers(self._n_c)] = True
         start = start.copy()
-        for _ in range(2):  # once more, because other speeds may be larger than those of a slip: zero to its own rounding
+        for _ in range(2):  # once more, since other speeds may be larger: zero to the rounding of the slip itself
             slip, slopes, _, _ = self._look(values, start)
             start[self._n :] -= np.linalg.lstsq(slopes[chosen], slip[chosen], rcond=None)[0]
         if kind == "surface":

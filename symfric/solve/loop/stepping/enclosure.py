@@ -77,7 +77,8 @@ def unseen(
 ) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Return the box ``[middles; radii; slopes]`` of states and time, and bounds for the nodes `wanted`.
 
-    Slopes are half of what they change by over the box as straight lines, a part of their radii. The bounds are those of unseen features, and of the sums of magnitudes of terms, the scale of rounding.
+    Slopes are half of what they change by over the box as straight lines, a part of their radii. The bounds are those
+    of unseen features, and of the sums of magnitudes of terms, the scale of rounding.
 
     Parameters
     ----------

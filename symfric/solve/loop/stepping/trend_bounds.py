@@ -2,8 +2,8 @@
 
 A small slip is the difference of large velocities. Their intervals add in the interval of the slip, although what they
 have in common cancels, and steps would be cut into parts over which all of them change less than the slip itself. Here
-a node is ``middle + slope s + rest`` over ``|s| <= 1``, where s is the time in the box, from -1 to 1, and rest a radius:
-slopes cancel in a sum as the values do. These are Taylor models of the first order.
+a node is ``middle + slope s + rest`` over ``|s| <= 1``, where s is the time in the box, from -1 to 1, and rest a
+radius: slopes cancel in a sum as the values do. These are Taylor models of the first order.
 
 References
 ----------
