@@ -248,7 +248,7 @@ def test_what_is_unseen_is_no_less_than_what_a_tame_function_leaves(name):
         low, high = np.sort(rng.uniform(least, most, 2))
         if rng.random() < 0.5:
             high = low + 1e-3 * (high - low)
-        found, size = np.array(bound([0.5 * (low + high), 0.0, 0.5 * (high - low), 0.0])).ravel()
+        found, size = np.array(bound([0.5 * (low + high), 0.0, 0.5 * (high - low), 0.0, 0.0, 0.0])).ravel()
         samples = np.array(values(np.linspace(low, high, 201)[None, :])).ravel()
         assert size >= np.max(np.abs(samples)) * (1 - 1e-12)
         if found > 0:
@@ -276,15 +276,18 @@ def test_the_rounding_of_a_difference_reaches_what_is_made_of_it(name, distance)
     field = ca.Function("field", [y, t, p, m], [ca.substitute(function, d, y - 1), ca.SX(0, 1), ca.SX(0, 1)])
     nodes, outputs = read(field)
     box, _, terms = unseen(nodes, [outputs[0][0]], 1, 18, lambda i: ca.SX(nodes[i].number))
-    found = float(ca.Function("terms", [box], [terms])([1 + distance, 0.0, 0.0, 0.0]))
+    found = float(ca.Function("terms", [box], [terms])([1 + distance, *[0.0] * 5]))
     value, slope = (float(e) for e in ca.Function("f", [d], [function, ca.gradient(function, d)])(distance))
     right = abs(value) + abs(slope) * (2 + distance - abs(distance))
     # every use of d counts by itself, and every sum of these again
     assert right * (1 - 1e-6) <= found <= 4 * right + (4 / abs(distance) if name == "direction" else 0)
 
 
-def bound_of_unseen(expression, at, radius, mode):
-    """Return what an expression of y, t and a mode of one number may hide while both stay within a radius."""
+def bound_of_unseen(expression, at, radius, mode, slope=0.0):
+    """Return what an expression of y, t and a mode of one number may hide while both stay within a radius.
+
+    Both change by `slope` to each side as straight lines, a part of the radius.
+    """
     y, t, p, m = ca.SX.sym("y"), ca.SX.sym("t"), ca.SX(0, 1), ca.SX.sym("m")
     field = ca.Function("field", [y, t, p, m], [expression(y, t, m), ca.SX(0, 1), ca.SX(0, 1)])
     nodes, outputs = read(field)
@@ -293,7 +296,7 @@ def bound_of_unseen(expression, at, radius, mode):
         return ca.SX(mode if nodes[i].place else nodes[i].number)
 
     box, out, _ = unseen(nodes, [outputs[0][0]], 1, 18, fixed)
-    return float(ca.Function("bound", [box], [out])([*at, radius, radius]))
+    return float(ca.Function("bound", [box], [out])([*at, radius, radius, slope, slope]))
 
 
 @pytest.mark.parametrize(
@@ -324,3 +327,12 @@ def test_integrators_see_pulses_of_some_tolerances(size):
     run = sf.simulate(scene, 1e-8, sf.Integrators(plugin="erk")).checked()
     assert run.final[1] - 1 == pytest.approx(impulse, rel=0.05)
     assert run.final[0] - end == pytest.approx(impulse * (end - 3.1), rel=0.05)
+
+
+def test_a_small_speed_of_large_velocities_hides_nothing_where_they_change_alike():
+    def of_speed(y, t, m):
+        return 1 / ca.sqrt((y - t) ** 2 + (3 * (t - y)) ** 2)
+
+    assert bound_of_unseen(of_speed, (1.0, 1.001), 0.1, 1, slope=0.1) == 0
+    assert bound_of_unseen(of_speed, (1.0, 1.001), 0.1, 1, slope=0.09) > 1e3
+    assert bound_of_unseen(of_speed, (1.0, 1.001), 0.1, 1) > 1e3

@@ -1,9 +1,14 @@
 """Arrays of contacts in the plane, and of the feet of bodies that can turn."""
 
+import casadi as ca
+import numpy as np
+
 from symfric.lower.automaton import Automaton
 from symfric.lower.planes import SINCE
 from symfric.solve.loop.events.direction_sizes import MOST_ANGLES, SAMPLES
-from symfric.solve.loop.records import Feet, Planes
+from symfric.solve.loop.records import Feet, Planes, Starts
+
+_NODES = 8  # most nodes of a start, whose length the tolerance sets
 
 
 def plane_arrays(automaton: Automaton) -> Planes:
@@ -77,3 +82,26 @@ def foot_arrays(automaton: Automaton) -> Feet:
         turn=n_p,
         limit=3 * n if automaton.has_feet else 0,
     )
+
+
+def start_arrays(automaton: Automaton, rows: int, order: int) -> Starts:
+    """Return the arrays of derivatives over a start, with rows of observables; empty without planes or derivatives."""
+    n_y = automaton.n_y
+    n_s = len(automaton.states) // n_y - 1
+    if not automaton.planes or n_s == 0:
+        return Starts.zeros(nodes=0, rates=(0, 0), powers=(0, 0), inner=(0, 0), equations=(0, 0), rows=(0, 0))
+    d = min(_NODES, order)
+    nodes = np.array([0.0, *ca.collocation_points(d, "radau")])
+    room = Starts.zeros(
+        nodes=d + 1,
+        rates=(d, d + 1),
+        powers=(d + 1, d + 1),
+        inner=(d, d),
+        equations=(d * n_y, d * n_y + n_s),
+        rows=(rows, d),
+    )
+    room.nodes[:] = nodes
+    room.powers[:] = np.linalg.inv(np.vander(nodes, increasing=True))
+    room.rates[:] = np.vander(nodes, increasing=True)[1:, :-1] * np.arange(1, d + 1) @ room.powers[1:]
+    room.inner[:] = np.linalg.inv(np.vander(nodes[1:], increasing=True))
+    return room

@@ -258,6 +258,18 @@ class Planes(ArraySet):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
+class Starts(ArraySet):
+    """Collocation of derivatives over a start in the plane; see `symfric.solve.loop.stepping.start_derivatives`."""
+
+    nodes: Reals  # the start and the d nodes behind it, from 0 to 1, (d + 1,)
+    rates: Matrix  # rates at the nodes, of values at all of them, (d, d + 1)
+    powers: Matrix  # coefficients of the polynomial through values at all of them, (d + 1, d + 1)
+    inner: Matrix  # and through those at the nodes behind the start, (d, d)
+    equations: Matrix  # of the derivatives at the nodes, and their right sides, (d n_y, d n_y + n_s)
+    rows: Matrix  # derivatives of observables at the nodes, the first n_f n_s, (n_e, d)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class Feet(ArraySet):
     """Contacts at rest of bodies that can turn, see `symfric.solve.loop.modes.feet`; n_c of them at most.
 

@@ -16,7 +16,7 @@ from symfric.model.rows import Row
 from symfric.solve.loop.codes import COUPLING, JUMP
 from symfric.solve.loop.events.bernstein import DEPTH, bernstein_columns, bernstein_table
 from symfric.solve.loop.events.direction_sizes import QUARTIC
-from symfric.solve.loop.plane_arrays import foot_arrays, plane_arrays
+from symfric.solve.loop.plane_arrays import foot_arrays, plane_arrays, start_arrays
 from symfric.solve.loop.records import (
     Basis,
     Contacts,
@@ -33,6 +33,7 @@ from symfric.solve.loop.records import (
     Roots,
     Saltation,
     Selection,
+    Starts,
     Step,
     Tables,
     Transition,
@@ -128,6 +129,7 @@ class LoopArrays(RunArrays):
     impacts: Impacts
     pivots: Pivots
     planes: Planes
+    starts: Starts
     feet: Feet
 
 
@@ -280,6 +282,7 @@ def make_arrays(
         ),
         pivots=_pivots(n_n, n_c if impact else 0),
         planes=plane_arrays(automaton),
+        starts=start_arrays(automaton, n_e, order),
         feet=foot_arrays(automaton),
     )
 

@@ -34,7 +34,7 @@ from symfric.solve.loop.precision import TIE
 from symfric.solve.loop.workspace import LoopArrays
 
 APART = 1e-6  # relative difference of event times up to which events count as simultaneous
-# the same of feet of one body, which stop together: after a start from rest derivatives have the root of the tolerance
+# the same of feet of one body, which stop together: the times of slow stops have larger errors
 _APART_OF_FEET = 1e-3
 _LARGEST = 1e150  # derivative whose square is still a number
 _START = 1e-3  # part of a step that counts as its start

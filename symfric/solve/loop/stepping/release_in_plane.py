@@ -30,10 +30,11 @@ from symfric.solve.loop.codes import COUPLING, FORCES, PULL, SELECT, SLIP, TERMS
 from symfric.solve.loop.events.first_event import first_event
 from symfric.solve.loop.modes.layout import backward, forward
 from symfric.solve.loop.modes.tolerances import LAST, instant, natural_time
-from symfric.solve.loop.precision import EPS, ROUNDING, TINY
+from symfric.solve.loop.precision import ROUNDING, TINY
 from symfric.solve.loop.stepping.calls import expand, measure, prelude
 from symfric.solve.loop.stepping.common_start import depend_on_each_other, turn_feet
 from symfric.solve.loop.stepping.singular_start import keep_straight
+from symfric.solve.loop.stepping.start_derivatives import vary_start
 from symfric.solve.loop.stepping.step_acceptance import proven
 from symfric.solve.loop.workspace import LoopArrays
 
@@ -43,11 +44,7 @@ _NEAR = 1e3  # slip, in rounding errors of it, from which on these are told of t
 _WITHIN = 0.9  # longest start, as part of the time to the next sample
 # most lengths that are tried for slips to be straight, the next one relative to one that is too long, and most others
 _SHORTENED, _LESS, _TRIALS = 12, 0.7, 40
-# start with derivatives, as part of the scale of time of the series: times the fourth root of the tolerance; where the
-# slip begins with an acceleration, its first direction is forgotten slowly
-_SHORTER, _SHORTEST = 1.0, 1e-9
 _SAMPLES, _FALLEN = 16, 0.5  # places of a start where its slip is looked at; part of its largest to which it may fall
-_CLEAR = EPS**0.5  # slip at the end of such a start, as part of the terms whose rounding turns its direction
 
 
 @compiled
@@ -87,6 +84,8 @@ def leave_rest(w: LoopArrays, n_x: int, n_c: int) -> float:
         if w.m[i] == STARTS:
             w.m[i], w.m[i + 1] = 0.0, 0.0
     prelude(w)
+    if w.limits.varied and time > 0.0:
+        vary_start(w, n_x, time)
     return time
 
 
@@ -295,16 +294,6 @@ def _length(w: LoopArrays, n_x: int, order: int) -> float:
             for k in range(1, n):
                 own = max(own, (w.clock.tolerance * abs(w.c[r, k]) / last) ** (1.0 / (n - k)))
             time = min(time, own)
-    if w.limits.varied:  # derivatives see a direction that is given: an error of the second order
-        whole, sudden, clear = time * w.clock.tolerance ** (-1.0 / order), False, 0.0
-        for k in range(w.planes.row.size):
-            i = w.planes.row[k]
-            a, b, v = n_x + backward(i), n_x + backward(i + 1), w.planes.variable[i]
-            first = abs(w.m[v] * w.c[a, 1] + w.m[v + 1] * w.c[b, 1])
-            second = abs(w.m[v] * w.c[a, 2] + w.m[v + 1] * w.c[b, 2])
-            if w.m[i] == STARTS and first > second * whole:
-                sudden, clear = True, max(clear, _CLEAR * max(w.gauge[TERMS, i], w.gauge[TERMS, i + 1]) / first)
-        time = min(time, max(_SHORTEST * whole, clear) if sudden else _SHORTER * w.clock.tolerance**0.25 * whole)
     return min(time, _WITHIN * to_sample) if to_sample < left else min(time, left)
 
 
