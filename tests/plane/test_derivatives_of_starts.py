@@ -93,3 +93,13 @@ def test_random_starts_of_two_feet_have_derivatives():
         run = rising(derived(2), *GIVEN, start)
         ends = [rising(tight, *GIVEN, start, mu=0.3 + h).final for h in (1e-5, -1e-5)]
         assert run.sensitivities["mu"] == pytest.approx((ends[0] - ends[1]) / 2e-5, abs=3e-7, rel=1e-6), start
+
+
+def test_second_derivatives_leave_the_first_ones_alone():
+    """Their columns, of products of the first ones, have no part in the derivatives over a start."""
+    curved = [force - x**3 * (1 + y) - y**2 for force in WAVES]
+    scene = puck(LAWS["coulomb"])
+    scene = sf.Scene(sf.System([x, y], [u, w], sp.eye(2), curved), scene.contacts, scene.values, scene.initial, 9.0)
+    first, both = (sf.prepare(scene, 1e-10, sensitivities=["mu"], order=n).run() for n in (1, 2))
+    assert first.status == both.status == sf.Status.OK
+    assert both.sensitivities["mu"] == pytest.approx(first.sensitivities["mu"], rel=1e-9)

@@ -87,6 +87,7 @@ def series_model(
     limits.first_crossing, limits.first_reset = automaton.layout.first_crossing, automaton.layout.first_reset
     if variations:
         limits.varied, limits.followed = variations.columns, variations.followed
+        limits.directions = len(variations.directions)
         if automaton.impact:
             names = [s.name for s in automaton.parameters]
             of = [names.index(name) if name in names else -1 for name in variations.directions]

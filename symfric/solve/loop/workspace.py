@@ -58,7 +58,8 @@ class LoopLimits(Limits, kind=int):
     along_u: int  # and of those of forces, see `symfric.lower.structure_modes`
     felt: int
     pushes: int
-    varied: int  # number of directions of differentiation
+    varied: int  # number of columns of derivatives
+    directions: int  # of these the first ones, by one direction each; the others are second derivatives
     followed: int  # number of first rows with derivatives, which are the last rows
     edges: int  # number of switches at which a profile jumps
     steps: int  # number of steps in time

@@ -27,10 +27,11 @@ from symfric.solve.loop.workspace import LoopArrays
 def vary_start(w: LoopArrays, n_x: int, time: float) -> None:
     """Write the series of the derivatives over the start of this length into ``w.c``, with those of observables.
 
-    The contacts slip in the present mode; the series of their motion are in ``w.c``.
+    The contacts slip in the present mode; the series of their motion are in ``w.c``. Second derivatives, which hold
+    without events only, are not among them.
     """
-    f, n_s = w.starts, w.limits.varied
-    n_y, d = n_x // (1 + n_s), f.nodes.size - 1
+    f, n_s = w.starts, w.limits.directions
+    n_y, d = n_x // (1 + w.limits.varied), f.nodes.size - 1
     n = d * n_y
     for a in range(n):
         for b in range(n + n_s):
@@ -57,8 +58,8 @@ def vary_start(w: LoopArrays, n_x: int, time: float) -> None:
 @compiled
 def _equate(w: LoopArrays, n_x: int, i: int, time: float) -> None:
     """Write the equations of node i + 1; behind the matrix their right sides."""
-    f, n_s = w.starts, w.limits.varied
-    n_y, d, now = n_x // (1 + n_s), f.nodes.size - 1, w.step.end
+    f, n_s = w.starts, w.limits.directions
+    n_y, d, now = n_x // (1 + w.limits.varied), f.nodes.size - 1, w.step.end
     first, n = i * n_y, d * n_y
     _move(w, n_x, f.nodes[i + 1] * time)
     for r in range(n_y, n_x):
