@@ -5,6 +5,7 @@ import random
 import types
 
 import matplotlib
+import matplotlib.pyplot as plt
 import pytest
 
 import symfric as sf
@@ -47,18 +48,21 @@ def test_no_public_function_is_forgotten():
 def compare(calls, rounds, seed=0, share=1.0):
     """Run all calls, or a random share of them, from every thread in an order of its own; return what differs."""
     matplotlib.use("agg")
-    serial = {(name, k): call(k) for name, call in calls.items() for k in range(VARIANTS)}
+    with matplotlib.rc_context({"figure.max_open_warning": 0}):  # none is closed before all calls have ended
+        serial = {(name, k): call(k) for name, call in calls.items() for k in range(VARIANTS)}
 
-    def work(thread):
-        rng, found = random.Random(f"{seed} {thread}"), []
-        for _ in range(rounds):
-            order = list(serial)
-            rng.shuffle(order)
-            for name, k in order[: round(share * len(order))]:
-                found.append(difference(serial[name, k], calls[name](k), f"{name}({k})"))
-        return [f for f in found if f]
+        def work(thread):
+            rng, found = random.Random(f"{seed} {thread}"), []
+            for _ in range(rounds):
+                order = list(serial)
+                rng.shuffle(order)
+                for name, k in order[: round(share * len(order))]:
+                    found.append(difference(serial[name, k], calls[name](k), f"{name}({k})"))
+            return [f for f in found if f]
 
-    return [f for part in together(work) for f in part]
+        found = [f for part in together(work) for f in part]
+    plt.close("all")
+    return found
 
 
 def test_all_at_once():
