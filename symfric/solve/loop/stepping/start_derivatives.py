@@ -51,7 +51,7 @@ def vary_start(w: LoopArrays, n_x: int, time: float) -> None:
                 if k <= d:
                     for j in range(d):
                         total += f.powers[k, j + 1] * f.equations[j * n_y + r, n + s]
-                w.c[row, k] = total / power
+                w.c[row, k] = total / power if power > 0.0 else 0.0
     _observe(w, n_x, time)
 
 
@@ -119,7 +119,7 @@ def _observe(w: LoopArrays, n_x: int, time: float) -> None:
             if k < d:
                 for i in range(d):
                     total += f.inner[k, i] * f.rows[e, i]
-            w.c[last + e, k] = total / power
+            w.c[last + e, k] = total / power if power > 0.0 else 0.0
             power *= time
 
 
