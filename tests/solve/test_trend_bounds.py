@@ -7,11 +7,9 @@ import pytest
 from symfric.solve.loop.stepping.operation_bounds import Range, operation
 from symfric.solve.loop.stepping.trend_bounds import Trend, narrowed, trend_of
 
-ONE, TWO = (
-    {"neg": ca.OP_NEG, "twice": ca.OP_TWICE, "sin": ca.OP_SIN, "cos": ca.OP_COS},
-    (ca.OP_ADD, ca.OP_SUB, ca.OP_MUL),
-)
-OPERATIONS = [(op, 1) for op in ONE.values()] + [(op, 2) for op in TWO] + [(ca.OP_EXP, 1)]
+ONE = ca.OP_NEG, ca.OP_TWICE, ca.OP_SIN, ca.OP_COS, ca.OP_EXP  # arguments; the last has no rule of its own
+TWO = ca.OP_ADD, ca.OP_SUB, ca.OP_MUL
+OPERATIONS = [*((op, 1) for op in ONE), *((op, 2) for op in TWO)]
 
 
 def computed(op, values):
