@@ -30,6 +30,10 @@ _STEP = 1e-6  # finite-difference step relative to the sizes of the unknowns
 _ROUNDING = 1e-15  # change relative to a step, and to the sizes of the unknowns, that is rounding only
 _STILL = 64 * float(np.finfo(float).eps) / LEAST  # residual, relative to its range, of a state that does not move
 _NARROW = 1e-6  # least size of a parameter, relative to its span
+_RATIOS = 0.4, 0.8  # length of a step relative to the one before, near a root of higher order
+_STRAIGHT = 0.1  # part of a step that is across the one before, at most
+_BEYOND = 1.05  # length of a step across a double root, relative to that to it
+_QUARTER = 0.25  # residual after a step relative to that before, near a double root
 _STUCK = "Newton's method on the map over a period does not converge from this guess"
 
 
@@ -224,10 +228,15 @@ def solve(
     """
     plane, base = z if through is None else through, z if reference is None else reference
     now = system.at(z, None, base[: len(system.flow.states)], beside) if first is None else first
-    size = misfit(now) if through is None else 1.0
+    size, last = (misfit(now) if through is None else 1.0), None
     for _ in range(most):
-        before = max(size, 100 * system.flow.closed)
+        before, start = max(size, 100 * system.flow.closed), now
         now, size, share = _improved(system, now, size, normal, base, plane, beside)
+        step = (now.z - start.z) / system.sizes(start.z, start.passage)
+        ahead = _root_ahead(last, step) if share == 1.0 and size > system.flow.closed else 0.0
+        if ahead > 0.0:
+            now, size = _leapt(system, now, size, ahead * (now.z - start.z), base, beside)
+        last = step
         if size <= system.flow.closed and share == 1.0:
             return now
         if slow is not None:
@@ -267,6 +276,32 @@ def _improved(
         if worse < max(2.0 * size, 100 * system.flow.closed):
             return then, worse, share
     raise NotFound(_STUCK)
+
+
+def _root_ahead(before: np.ndarray | None, step: np.ndarray) -> float:
+    """Return how many more of its steps Newton's method needs to just beyond a double root; 0 if it nears none.
+
+    There every step is half as long as the one before, in its direction. So a body whose creep dies out comes to where
+    it is held: what it moves in a period is the square of the way that is left, and zero beyond.
+    """
+    if before is None:
+        return 0.0
+    ratio = float(before @ step) / max(float(before @ before), 1e-300)
+    aside = np.linalg.norm(step - ratio * before)
+    if not (_RATIOS[0] < ratio < _RATIOS[1] and aside <= _STRAIGHT * np.linalg.norm(step)):
+        return 0.0
+    return _BEYOND * ratio / (1.0 - ratio)
+
+
+def _leapt(
+    system: ShootingSystem, now: Point, size: float, step: np.ndarray, guess: np.ndarray, beside: Point | None
+) -> tuple[Point, float]:
+    """Return the point after a longer step and its misfit, if that is less than one of the next step would be."""
+    try:
+        then = system.at(now.z + step, now.phase, guess[: len(system.flow.states)], beside)
+    except NotFound:
+        return now, size
+    return (then, misfit(then)) if misfit(then) < _QUARTER * size else (now, size)
 
 
 def step_of(

@@ -181,6 +181,18 @@ def test_powers_that_begin_with_coefficients_of_zero(power):
     agrees(scene, reference(lambda t, y: [y[1], -y[0] + f(t)], [0.0, 0.0], 0.1), (1e-6, 1e-9))
 
 
+@pytest.mark.parametrize("amplitude", [0.0, 1.0])
+@pytest.mark.parametrize("power", [9, 14, 20, 1000])
+def test_derivatives_by_the_amplitude_of_such_powers(power, amplitude):
+    """Rows of derivatives are not looked at for powers of their own: the motion has the same, whatever its amplitude."""
+    force = sp.Symbol("a", real=True)
+    system = sf.System([Q], [U], [[1]], [-Q - U / 2 + force * sp.sin(T) ** power])
+    run = sf.simulate(sf.Scene(system, [], {force: amplitude}, {Q: 0.0, U: 0.0}, 6.0), 1e-10, sensitivities=[force])
+    f = numeric(sp.sin(T) ** power, T)
+    by = reference(lambda t, y: [y[1], -y[0] - y[1] / 2 + f(t)], [0.0, 0.0], 0.02)
+    assert np.ravel(run.sensitivities[force.name]) == pytest.approx(by, abs=1e-9)
+
+
 @pytest.mark.parametrize("width", [0.1, 0.01, 0.001])
 def test_a_blow_to_a_body_at_rest(width):
     blow = sp.exp(-(((T - 3) / width) ** 2)) / width

@@ -66,6 +66,7 @@ def expand(field: ca.Function, order: int, suffix: str = "", varied: VariedField
     SceneError
         If an operation has no recurrence; named.
     """
+    derived = varied
     if varied is not None and is_long(field, order, varied):
         varied = None  # its table has the derivatives as states
     if varied is not None:
@@ -80,7 +81,8 @@ def expand(field: ca.Function, order: int, suffix: str = "", varied: VariedField
     exposed = tuple(r for r, node in enumerate(targets) if hidden[node])
     bounds = terms = None
     if exposed:
-        box, *out = unseen(nodes, targets, n_x, order, fixed.value)
+        of_motion = [i for group in _of_motion(outputs, derived)[:3] for i in group] if derived else targets
+        box, *out = unseen(nodes, targets, n_x, order, fixed.value, of_motion)
         bounds, terms = (
             ca.Function(name + suffix, [box, fixed.symbols()], [ca.densify(e)], {"cse": True})
             for name, e in zip(("unseen", "terms"), out, strict=True)

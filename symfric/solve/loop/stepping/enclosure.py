@@ -73,7 +73,12 @@ def hiding(nodes: list[Node], order: int) -> list[bool]:
 
 
 def unseen(
-    nodes: list[Node], wanted: list[int], n_x: int, order: int, fixed: Callable[[int], ca.SX | None]
+    nodes: list[Node],
+    wanted: list[int],
+    n_x: int,
+    order: int,
+    fixed: Callable[[int], ca.SX | None],
+    powers_of: list[int] | None = None,
 ) -> tuple[ca.SX, ca.SX, ca.SX]:
     """Return the box ``[middles; radii; slopes]`` of states and time, and bounds for the nodes `wanted`.
 
@@ -90,6 +95,9 @@ def unseen(
         Of the series.
     fixed : callable
         Value of a node that does not move, None if it is zero.
+    powers_of : list of int, optional
+        Nodes whose high powers may be unseen, by default those wanted. Rows of derivatives need no look at theirs: they
+        are powers of the motion's rows, of one degree less, times derivatives.
     """
     box = ca.SX.sym("box", 3 * (n_x + 1))
     needed = _ancestors(nodes, wanted)
@@ -97,7 +105,8 @@ def unseen(
     trending = _ancestors(nodes, small)
     trends: dict[int, Trend] = {}
     high = [n > order // 2 and node.op in (ca.OP_MUL, ca.OP_SQ) for n, node in zip(degrees(nodes), nodes, strict=True)]
-    rated = _ancestors(nodes, [i for i in needed if high[i]])
+    judging = needed if powers_of is None else needed & _ancestors(nodes, powers_of)
+    rated = _ancestors(nodes, [i for i in judging if high[i]])
     ranges: dict[int, Range] = {}
     degree: dict[int, ca.SX] = {}
     for i in sorted(needed):
@@ -120,7 +129,7 @@ def unseen(
                 ranges[i] = narrowed(ranges[i], trends[i])
         if i in rated:
             degree[i] = _degree(node, ranges[i], degree)
-        if high[i]:
+        if high[i] and i in judging:
             ranges[i] = judged(ranges[i], degree[i] <= order // 2, ranges[i].unseen)
     bounds = [ranges[i].unseen for i in wanted]
     sizes = _magnitudes(nodes, sorted(needed), ranges)
