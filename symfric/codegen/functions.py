@@ -20,7 +20,7 @@ _LONG = 4000  # instructions of a function that is called seldom, beyond which c
 _MANY = 3000  # instructions of a scene from which on they are compiled fast at first
 _SHARED = 2  # level of optimisation of shared functions: they are never compiled again, and long runs need them fast
 Code = ca.Function | Written | Drafted
-_FORMAT = 8  # version of the generated code, part of the cache key
+_FORMAT = 9  # version of the generated code, part of the cache key
 _provided: dict[tuple[str, ...], object] = {}  # engines of shared functions, by their names
 
 

@@ -13,8 +13,10 @@ from symfric.errors import SceneError
 # of PART instructions, which pass values in memory. By measurement, 9000 instructions run up to a fifth slower in parts
 # and are compiled in nine tenths of the time; 16 000 in parts, in two thirds.
 WHOLE, PART = 10_000, 500
+TESTS = 500  # so is one of more comparisons and logical operations than these, which cost the most
 ARITHMETIC = {ca.OP_ADD: "fadd", ca.OP_SUB: "fsub", ca.OP_MUL: "fmul", ca.OP_DIV: "fdiv"}
 COMPARISONS = {ca.OP_LT: "olt", ca.OP_LE: "ole", ca.OP_EQ: "oeq", ca.OP_NE: "une"}
+_LOGIC = {ca.OP_NOT, ca.OP_AND, ca.OP_OR}
 CALLS = {
     ca.OP_EXP: "exp",
     ca.OP_LOG: "log",
@@ -166,7 +168,8 @@ class Instructions:
     def of(cls, f: ca.Function, cut: bool = True) -> "Instructions":
         """Read a function."""
         ops = tuple(f.instruction_id(k) for k in range(f.n_instructions()))
-        part = PART if cut and len(ops) > WHOLE else max(len(ops), 1)
+        tests = sum(op in COMPARISONS or op in _LOGIC for op in ops)
+        part = PART if cut and (len(ops) > WHOLE or tests > TESTS) else max(len(ops), 1)
         held: dict[int, int] = {}  # instruction whose value is in a work register
         sources: list[tuple[int, ...]] = []
         for k, op in enumerate(ops):
@@ -212,6 +215,7 @@ class _Function:
             self._sources[k][j] for k, j in self._given.fused.items()
         }  # products without a value of their own
         self._slots, self._room = self._place()
+        self._numbers = self._needed_numbers()
 
     def _place(self) -> tuple[dict[int, int], int]:
         """Return the memory slots of values that later parts need, and the number of slots, which are reused."""
@@ -233,6 +237,22 @@ class _Function:
             places[k] = free.pop()
             ends.setdefault(last[k], []).append(places[k])
         return places, room
+
+    def _needed_numbers(self) -> set[int]:
+        """Return the tests whose values are needed as the numbers 0 and 1, not only by others in the same part."""
+        needed = set(self._slots)
+        for k, sources in enumerate(self._sources):
+            for j, s in enumerate(sources):
+                if self._is_test(s) and not (self._decides(k, j) and s // self._part == k // self._part):
+                    needed.add(s)
+        return needed
+
+    def _is_test(self, k: int) -> bool:
+        return self._ops[k] in COMPARISONS or self._ops[k] in _LOGIC
+
+    def _decides(self, k: int, j: int) -> bool:
+        """Whether instruction k asks only whether its operand j is zero."""
+        return self._ops[k] in _LOGIC or (self._ops[k] == ca.OP_IF_ELSE_ZERO and j == 0)
 
     def _is_computed(self, k: int) -> bool:
         return self._ops[k] not in (ca.OP_INPUT, ca.OP_CONST)
@@ -265,6 +285,10 @@ class _Function:
                 known[k] = self._fused(lines, known, k)
                 self._keep(lines, known, k)
                 continue
+            if self._is_test(k) or op == ca.OP_IF_ELSE_ZERO:
+                known[k] = self._branch(lines, known, k)
+                self._keep(lines, known, k)
+                continue
             values = [self._value(lines, known, s) for s in self._sources[k]]
             if op == ca.OP_OUTPUT:
                 output, element = self._f.instruction_output(k)
@@ -290,6 +314,33 @@ class _Function:
             b, c = (f"%n{k}", c) if j == 1 else (b, f"%n{k}")
         lines.append(f"%r{k} = call double @llvm.fma.f64(double {a}, double {b}, double {c})")
         return f"%r{k}"
+
+    def _branch(self, lines: list[str], known: dict[int, str], k: int) -> str:
+        """Append a comparison, a logical operation or a choice; return the name of its result."""
+        op, sources = self._ops[k], self._sources[k]
+        if op in COMPARISONS:
+            a, b = (self._value(lines, known, s) for s in sources)
+            lines.append(f"%c{k} = fcmp {COMPARISONS[op]} double {a}, {b}")
+        elif op == ca.OP_NOT:
+            lines.append(f"%c{k} = xor i1 {self._condition(lines, known, k, 0)}, true")
+        elif op in _LOGIC:
+            a, b = (self._condition(lines, known, k, j) for j in (0, 1))
+            lines.append(f"%c{k} = {'and' if op == ca.OP_AND else 'or'} i1 {a}, {b}")
+        else:
+            a, b = self._condition(lines, known, k, 0), self._value(lines, known, sources[1])
+            lines.append(f"%r{k} = select i1 {a}, double {b}, double {literal(0.0)}")
+            return f"%r{k}"
+        if k in self._numbers:  # half as long to compile as a conversion
+            lines.append(f"%r{k} = select i1 %c{k}, double {literal(1.0)}, double {literal(0.0)}")
+        return f"%r{k}"
+
+    def _condition(self, lines: list[str], known: dict[int, str], k: int, j: int) -> str:
+        """Return the name of the bit that says whether operand j of instruction k is not zero."""
+        s = self._sources[k][j]
+        if self._is_test(s) and s // self._part == k // self._part:
+            return f"%c{s}"
+        lines.append(f"%b{k}_{j} = fcmp une double {self._value(lines, known, s)}, {literal(0.0)}")
+        return f"%b{k}_{j}"
 
     def _value(self, lines: list[str], known: dict[int, str], k: int) -> str:
         """Return the name of a value, loaded from its slot at its first use in this part."""
@@ -333,29 +384,11 @@ def _operation(lines: list[str], k: int, op: int, v: list[str]) -> str:
         lines.append(f"{r} = fdiv double {literal(1.0)}, {v[0]}")
     elif op in INTRINSICS:
         lines.append(f"{r} = call double @llvm.{INTRINSICS[op]}.f64({', '.join('double ' + x for x in v)})")
-    elif op in COMPARISONS:
-        lines.append(f"%c{k} = fcmp {COMPARISONS[op]} double {v[0]}, {v[1]}")
-        lines.append(f"{r} = uitofp i1 %c{k} to double")
-    elif op in (ca.OP_NOT, ca.OP_AND, ca.OP_OR):
-        _logic(lines, k, op, v)
-    elif op == ca.OP_IF_ELSE_ZERO:
-        lines.append(f"%c{k} = fcmp une double {v[0]}, {literal(0.0)}")
-        lines.append(f"{r} = select i1 %c{k}, double {v[1]}, double {literal(0.0)}")
     elif op in CALLS:
         lines.append(f"{r} = call double @{CALLS[op]}({', '.join('double ' + x for x in v)})")
     else:
         raise SceneError(f"CasADi operation number {op} has no machine-code translation; use route='integrators'")
     return r
-
-
-def _logic(lines: list[str], k: int, op: int, v: list[str]) -> None:
-    for j, x in enumerate(v):
-        lines.append(f"%b{k}_{j} = fcmp une double {x}, {literal(0.0)}")
-    if op == ca.OP_NOT:
-        lines.append(f"%c{k} = xor i1 %b{k}_0, true")
-    else:
-        lines.append(f"%c{k} = {'and' if op == ca.OP_AND else 'or'} i1 %b{k}_0, %b{k}_1")
-    lines.append(f"%r{k} = uitofp i1 %c{k} to double")
 
 
 def literal(x: float) -> str:

@@ -198,3 +198,8 @@ def test_a_friction_matrix_beside_contacts():
     brake = st.disc_and_pad()
     small = brake.structure.reduced([*brake.slips, *brake.loads], modes=5)
     small.scene(brake.contacts(0.01, law, 0.02))
+
+
+def test_a_structure_tells_its_size():
+    said = sf.structures.Structure(np.eye(3), np.diag([1.0, 2.0, 3.0]) - 0.1).to_dict()
+    assert said == {"degrees_of_freedom": 3, "entries": {"M": 3, "K": 9, "C": 0, "friction": 0}}

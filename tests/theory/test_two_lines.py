@@ -27,6 +27,14 @@ def test_exact_points_give_the_corner_and_both_slopes_back(corner, slopes, speed
     assert fit.at_rest == pytest.approx(0.05, abs=1e-10 * scale * corner)
 
 
+@pytest.mark.parametrize("corner", [1.4, 3.7])
+def test_two_points_are_enough_on_either_side(corner):
+    speeds = np.arange(6.0)
+    fit = two_lines(speeds, 0.05 - 0.01 * speeds + 0.03 * np.maximum(speeds - corner, 0))
+    assert fit.corner == pytest.approx(corner, rel=1e-10)
+    assert (fit.slope_below, fit.slope_above) == pytest.approx((-0.01, 0.02), abs=1e-12)
+
+
 def test_noise_is_told_as_many_records_have_it():
     rng = np.random.default_rng(3)
     fits = [two_lines(V, GEAR(V) + rng.normal(0, 4e-4, V.size)) for _ in range(200)]
