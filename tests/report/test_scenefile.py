@@ -2,6 +2,7 @@
 
 import os
 import time
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -419,10 +420,9 @@ BAD_FILES = [
 
 @pytest.mark.one_in(3)
 @pytest.mark.parametrize(("text", "part"), BAD_FILES, ids=[f"{i}-{p[1][:24]}" for i, p in enumerate(BAD_FILES)])
-def test_bad_file_ends_in_one_clear_line(text, part):
-    start = time.perf_counter()
+def test_bad_file_ends_in_one_clear_line(text, part, monkeypatch):
+    monkeypatch.setattr("symfric.codegen.functions._made", None)  # before anything is compiled
     assert part in message_of(text)
-    assert time.perf_counter() - start < 2.0
 
 
 def failing(path) -> str:
@@ -454,9 +454,11 @@ def test_a_large_file_is_not_read_whole(tmp_path):
     path = tmp_path / "large.toml"
     with path.open("wb") as stream:
         stream.truncate(50_000_000)
-    start = time.perf_counter()
+    tracemalloc.start()
     assert "larger than 1000 kB" in failing(path)
-    assert time.perf_counter() - start < 0.5
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 5_000_000
 
 
 def test_windows_line_ends_and_byte_order_mark_are_fine(tmp_path):
