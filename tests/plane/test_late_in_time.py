@@ -44,3 +44,15 @@ def test_a_motion_that_begins_late_is_the_same(which):
         times = [np.array([e.t for e in run.events]) - t for run, t in ((early, 1.0), (late, begin))]
         assert times[1] == pytest.approx(times[0], abs=1e-8 + 1e3 * np.spacing(begin))
         assert late.final == pytest.approx(early.final, abs=1e-8 + 1e3 * np.spacing(begin))
+
+
+@pytest.mark.parametrize(
+    ("frequency", "speed", "mu"), [(1.3, 1.2, 0.5), pytest.param(3.1, 1.2, 0.9, marks=pytest.mark.long)]
+)
+def test_small_slips_about_another_foot_end_late_in_a_run(frequency, speed, mu):
+    """The rounding of time turns a slip of 1e-10 on a table that shakes fast by more than its terms tell."""
+    scene = body(2, spin=speed * sp.sin(frequency * sf.TIME), values={MU: mu}).until(1000.0)
+    rough, *fine = (sf.simulate(scene, tolerance=tolerance).checked() for tolerance in (1e-6, 1e-9, 1e-10))
+    assert fine[0].final == pytest.approx(fine[1].final, abs=1e-8)
+    assert rough.final == pytest.approx(fine[1].final, abs=1e-5)
+    assert len(fine[0].events) == len(fine[1].events) > 300
