@@ -30,10 +30,10 @@ _STEP = 1e-6  # finite-difference step relative to the sizes of the unknowns
 _ROUNDING = 1e-15  # change relative to a step, and to the sizes of the unknowns, that is rounding only
 _STILL = 64 * float(np.finfo(float).eps) / LEAST  # residual, relative to its range, of a state that does not move
 _NARROW = 1e-6  # least size of a parameter, relative to its span
-_RATIOS = 0.4, 0.8  # length of a step relative to the one before, near a root of higher order
+_RATIOS = 0.4, 0.8  # length of a step relative to the one before, near roots of order 2 to 5: 1 - 1/order
 _STRAIGHT = 0.1  # part of a step that is across the one before, at most
-_BEYOND = 1.05  # length of a step across a double root, relative to that to it
-_QUARTER = 0.25  # residual after a step relative to that before, near a double root
+_BEYOND = 1.05  # length of a leap across such a root, relative to that to it
+_QUARTER = 0.25  # most of the residual that a leap may leave, about what one step leaves
 _STUCK = "Newton's method on the map over a period does not converge from this guess"
 
 
@@ -279,10 +279,10 @@ def _improved(
 
 
 def _root_ahead(before: np.ndarray | None, step: np.ndarray) -> float:
-    """Return how many more of its steps Newton's method needs to just beyond a double root; 0 if it nears none.
+    """Return how many of its last steps lead Newton's method just beyond a root of higher order; 0 if it nears none.
 
-    There every step is half as long as the one before, in its direction. So a body whose creep dies out comes to where
-    it is held: what it moves in a period is the square of the way that is left, and zero beyond.
+    There every step is ``1 - 1/m`` of the one before, in its direction, of order m. So a body whose creep dies out
+    comes to where it is held: what it moves in a period is a power of the way that is left, and zero beyond.
     """
     if before is None:
         return 0.0
@@ -301,7 +301,8 @@ def _leapt(
         then = system.at(now.z + step, now.phase, guess[: len(system.flow.states)], beside)
     except NotFound:
         return now, size
-    return (then, misfit(then)) if misfit(then) < _QUARTER * size else (now, size)
+    left = misfit(then)
+    return (then, left) if left < _QUARTER * size else (now, size)
 
 
 def step_of(

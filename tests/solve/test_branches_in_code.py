@@ -1,4 +1,4 @@
-"""Comparisons, logical operations and choices in machine code: the bits of CasADi's own evaluation, whole and in parts."""
+"""Comparisons, logical operations and choices in machine code: CasADi's values but for fused products, in parts too."""
 
 import ctypes
 
