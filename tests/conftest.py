@@ -11,6 +11,8 @@ the run itself was told to ignore them.
 
 Of a family marked ``one_in(n)`` one member in n runs, drawn once and for all so that the members differ in as many of their
 parameters as possible; the others run with the long tests.
+
+Figures are closed after each test: pyplot warns where more than twenty are open in one process, and warnings are errors.
 """
 
 import gc
@@ -51,6 +53,14 @@ def pytest_xdist_setupnodes():
     loops = [subprocess.Popen([sys.executable, "-c", f"import symfric as sf; {work}"]) for work in (BELT, OTHERS)]
     for loop in loops:
         loop.wait()
+
+
+@pytest.fixture(autouse=True)
+def figures_closed():
+    yield
+    pyplot = sys.modules.get("matplotlib.pyplot")
+    if pyplot is not None:
+        pyplot.close("all")
 
 
 def parameters(item):

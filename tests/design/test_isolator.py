@@ -70,9 +70,6 @@ def test_the_trade_off_falls(limited):
     assert np.all(np.diff(limited.curve.x) > 0)
     assert np.all(np.diff(limited.curve.y) < 0)
     assert limited.plot().get_xlabel() == "peak displacement allowed"
-    import matplotlib.pyplot as plt
-
-    plt.close("all")
 
 
 def test_what_cannot_be_met():

@@ -3,7 +3,6 @@
 import pickle
 import zipfile
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pint
 import pytest
@@ -59,7 +58,6 @@ def test_a_scene_without_units_has_none():
     ax = sf.simulate(scene).plot()
     assert (ax.get_xlabel(), ax.get_ylabel()) == ("time t", "x")
     assert "units" not in sf.simulate(scene).to_xarray().x.attrs
-    plt.close("all")
 
 
 @pytest.mark.parametrize(
@@ -155,7 +153,6 @@ def test_units_stand_on_axes_and_in_tables():
     assert table.stop.attrs["units"] == "ms"
     assert "units" not in table.status.attrs
     assert np.all(table.status == 0)
-    plt.close("all")
 
 
 def test_steps_and_units_for_other_programs_carry_them(tmp_path, monkeypatch):
@@ -178,7 +175,6 @@ def test_pictures_of_orbits_and_branches_show_units():
     branch = sf.continue_cycle(scene, "v_b", (0.1, 0.105), start=orbit)
     assert labels(branch.plot()) == ("$v_{b}$ [m/s]", "half range of x [m]")
     assert branch.to_xarray().v_b.attrs["units"] == "m/s"
-    plt.close("all")
 
 
 def test_the_page_of_a_study_has_them():

@@ -210,9 +210,6 @@ def test_errors_and_manners(belt):
     assert belt.to_xarray()["half_range"].shape == (len(belt.orbits), 2)
     axes = belt.plot()
     assert {"stable", "stick-onset", "hopf"} <= {text.get_text() for text in axes.get_legend().get_texts()}
-    import matplotlib.pyplot as plt
-
-    plt.close("all")
 
 
 def test_no_orbit_lies_outside_the_span():

@@ -31,9 +31,6 @@ def test_a_pitchfork_is_located(symmetric):
     assert np.array_equal(stable, symmetric.values < point.value)
     assert symmetric.to_dict()["special"][0]["kind"] == "branch-point"
     assert symmetric.plot().get_legend()
-    import matplotlib.pyplot as plt
-
-    plt.close("all")
 
 
 def test_the_other_branch_of_a_pitchfork(symmetric):

@@ -190,9 +190,6 @@ def test_manners():
     assert orbit.to_xarray()["x"].size == orbit.run.t.size
     axes = orbit.plot()
     assert axes.get_xlabel() == "x"
-    import matplotlib.pyplot as plt
-
-    plt.close("all")
 
 
 def ring(start, horizon=25.0):

@@ -14,12 +14,6 @@ import symfric as sf
 BELT = sf.scenes.mass_on_belt(v_b=0.2, horizon=40.0)
 
 
-@pytest.fixture(autouse=True)
-def _closed():
-    yield
-    plt.close("all")
-
-
 def frames_of(path):
     with Image.open(path) as image:
         return image.n_frames, image.info["duration"], image.size

@@ -113,10 +113,9 @@ def test_plot_returns_axes_with_a_line_for_each_coordinate(run):
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, ax = plt.subplots()
+    _figure, ax = plt.subplots()
     assert run.plot(ax) is ax
     assert ax.lines[0].get_ydata().max() == pytest.approx(run["x_max"], abs=1e-3)
-    plt.close(figure)
 
 
 def test_checked_returns_itself_or_raises_with_advice(run):

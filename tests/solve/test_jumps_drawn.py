@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import sympy as sp
@@ -83,7 +82,6 @@ def test_what_acts_is_drawn_in_steps(run):
     assert jumps_of(held) < 1e-12
     assert jumps_of(ax.get_lines()[0]) < 0.05
     assert [t.get_text() for t in ax.get_legend().get_texts()] == ["x", "a contact sticks", "cmd"]
-    plt.close(ax.figure)
 
 
 def test_an_orbit_has_vertical_kicks():
@@ -91,7 +89,6 @@ def test_an_orbit_has_vertical_kicks():
     orbit = sf.limit_cycle(plain)
     ax = orbit.plot()
     assert jumps_of(ax.get_lines()[0]) < 0.05
-    plt.close(ax.figure)
 
 
 def test_the_study_draws_steps():

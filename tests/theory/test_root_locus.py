@@ -97,8 +97,5 @@ def test_plot_returns_axes():
     import matplotlib as mpl
 
     mpl.use("Agg")
-    import matplotlib.pyplot as plt
-
     axes = root_locus(SLIDES, "s2", np.linspace(0, 1, 20)).plot()
     assert axes.get_xlabel() == "real part"
-    plt.close(axes.figure)

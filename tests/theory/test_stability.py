@@ -188,13 +188,10 @@ def test_plot_returns_axes():
     import matplotlib as mpl
 
     mpl.use("Agg")
-    import matplotlib.pyplot as plt
-
     scene = sf.scenes.mass_on_belt(v_b=0.42)
     for result, label in ((stability(scene), "real part"), (average(scene), "amplitude A")):
         axes = result.plot()
         assert axes.get_xlabel() == label
-        plt.close(axes.figure)
 
 
 def test_gyroscopic_and_circulatory_parts_are_split_off():
