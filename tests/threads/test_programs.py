@@ -271,7 +271,7 @@ def test_processes_forked_after_use_and_while_threads_run():
 
     def child(channel, k):
         fresh = sf.simulate(SCENES["scalars"]().where({"v_b": 0.1 + 0.01 * k}))
-        channel.put((k, _final(program.run({"v_b": 0.1 + 0.01 * k})), fresh.status.name))
+        channel.send((_final(program.run({"v_b": 0.1 + 0.01 * k})), fresh.status.name))
 
     def work(thread):
         if thread:
@@ -279,17 +279,18 @@ def test_processes_forked_after_use_and_while_threads_run():
                 program.run({"v_b": 0.1 + 0.01 * (k % 4)})
                 sf.prepare(SCENES["scalars"]())
             return []
-        channel = context.SimpleQueue()
-        children = [context.Process(target=child, args=(channel, k)) for k in range(4)]
+        ends = [context.Pipe(duplex=False) for _ in range(4)]
+        children = [context.Process(target=child, args=(ends[k][1], k), daemon=True) for k in range(4)]
         for process in children:
             process.start()
-        found = sorted(channel.get() for _ in children)
-        for process in children:
-            process.join()
+        found = [receiver.recv() if receiver.poll(120) else None for receiver, _ in ends]
+        for process in children:  # CPython may wait for a thread of the parent at the end of a child, seen once
+            process.join(20)
+            process.kill()
         return found
 
     (found, *_) = together(work, 3)
-    assert found == [(k, e, "OK") for k, e in enumerate(expected)]
+    assert found == [(e, "OK") for e in expected]
 
 
 @pytest.mark.one_in(2)
