@@ -145,7 +145,15 @@ class Automaton:
     @property
     def has_feet(self) -> bool:
         """Whether contacts in the plane may be feet of one body, which `symfric.solve.loop.modes.feet` decides on."""
-        return len(self.planes) > 0 and self.coupled and self.impact is None
+        depend = self.impact is None or any(self.dependent[i] for i in self.planes)
+        return len(self.planes) > 0 and self.coupled and depend
+
+    @property
+    def impact_answers(self) -> int:
+        """The number of outputs of the impact that a run needs; the others are for derivatives."""
+        if self.impact is None:
+            return 0
+        return self.impact.index_out("spread") + self.has_feet
 
 
 def arguments_of(field: ca.Function) -> tuple[ca.SX, ca.SX, ca.SX, ca.SX]:

@@ -392,7 +392,7 @@ class ContactDynamics:
         if not self.dependent[i]:
             return ca.SX(0)
         if plane := next((p for p in self.planes if p.row <= i <= p.row + 1), None):
-            return ca.SX(0) if self.openings else plane.told[i - plane.row]
+            return plane.told[i - plane.row]
         bound = self.edges.towards(i, self.d[i], self.load[i] * self.static[i])
         return ca.if_else(self.s[i] == AT_BOUND, -self.d[i] * bound, 0)
 

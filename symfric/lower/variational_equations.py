@@ -23,7 +23,7 @@ from symfric.lower.constraint_forces import FOLLOWS, HOLDS, hold
 from symfric.lower.mode_layout import direction
 from symfric.lower.planes import STARTS
 from symfric.lower.printer import Printer, Switches
-from symfric.lower.unilateral import DEPENDENT, eliminated
+from symfric.lower.unilateral import DEPENDENT, GUARDS, eliminated
 from symfric.model.scene import Scene
 
 MANY = 24  # states of a motion beyond which derivatives are taken direction by direction
@@ -251,7 +251,8 @@ def _room_of_feet(automaton: Automaton, y: ca.SX, t: ca.SX, p: ca.SX, before: ca
         sum_i b_i |z_i| - eta^T a = -eta^T (a + A lambda),
 
     where the forces lambda are on their bounds against the slip, and any that hold for contacts without one. It is zero
-    at the end of the sticking, and least in this motion, whose change therefore does not move that end.
+    at the end of the sticking, and least in this motion, whose change therefore does not move that end. Closed gaps
+    hold the bodies, and press with forces that are the same however friction is shared, as long as all stick.
 
     Parameters
     ----------
@@ -266,10 +267,22 @@ def _room_of_feet(automaton: Automaton, y: ca.SX, t: ca.SX, p: ca.SX, before: ca
     gauge = dict(zip(automaton.gauge.name_out(), automaton.gauge(y, t, p), strict=True))
     flags = ca.if_else(before[:n_c] > 0.5, FOLLOWS, before[:n_c])
     rate = automaton.field(y, t, p, ca.vertcat(flags, before[n_c:]))[0]
+    bounds = ca.SX(gauge["limits"][:n_c])
     free = ca.jtimes(gauge["w"], y, rate) + ca.jacobian(gauge["w"], t)
     eta, part, fixed = ca.vertsplit(limit, n_c)
-    forces = part * gauge["limits"][:n_c] + fixed
-    return -ca.dot(eta, free + ca.reshape(gauge["coupling"], n_c, n_c) @ forces)
+    if not automaton.impact:
+        return -ca.dot(eta, free + ca.reshape(gauge["coupling"], n_c, n_c) @ (part * bounds + fixed))
+    layout, static = automaton.layout, _of_impact(automaton, "static", y, t, p)
+    guards, n = automaton.field(y, t, p, before)[1], len(layout.openings)
+    for k, i in enumerate(layout.lines_of_openings):
+        for row in [i, i + 1] if i in automaton.planes else [i] if i >= 0 else []:
+            bounds[row] = static[k] * guards[layout.first_opening + GUARDS * k + 1]
+    forces, closed = part * bounds + fixed, 1 - before[layout.openings]
+    coupling = ca.reshape(_of_impact(automaton, "coupling", y, t, p), n_c + n, n_c + n)
+    across, among = coupling[:n_c, n_c:], coupling[n_c:, n_c:]
+    held = closed @ closed.T * among + ca.diag(1 - closed)
+    pressed = eliminated(held, closed * (across.T @ forces), DEPENDENT)
+    return -ca.dot(eta, free + coupling[:n_c, :n_c] @ forces - across @ (closed * pressed))
 
 
 def _held_after_impact(

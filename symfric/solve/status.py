@@ -55,10 +55,9 @@ ADVICE = {
     "the load as Max(load, 0) if they may",
     Status.UNDECIDED: "no combination of sticking and slipping satisfies the friction laws here: a static coefficient "
     "is smaller than the kinetic one at rest, contacts on the same body exclude each other, surfaces under contacts in "
-    "the plane that stick begin to move apart without an acceleration, or contacts in the plane hold a motion more "
-    "than once beside contacts that open, as feet of a body that turns and may lift, so that their forces at rest are "
-    "not determined; take a static coefficient that is not smaller, or put each foot on a small mass that a stiff "
-    "spring and a damper hold to the body",
+    "the plane that stick begin to move apart without an acceleration, or normal forces that bound friction are not "
+    "unique, as of four feet that may lift of a rigid body; take a static coefficient that is not smaller, or put each "
+    "foot on a small mass that a stiff spring and a damper hold to the body",
     Status.INTEGRATOR: "the integrator failed, or slips of contacts are so nearly equal that its error decides which "
     "one sticks; loosen the tolerance or use route='taylor'",
     Status.NO_DERIVATIVE: "the motion is correct to the end, but not differentiable: it grazes, two events coincide in "

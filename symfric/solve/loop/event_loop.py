@@ -85,7 +85,7 @@ def drive(w: LoopArrays) -> int:
     rule, rule_weighted = step_rule(w), weighted_rule(w)
     while True:
         if w.y[n_x] >= w.clock.t_end:
-            checked = w.limits.planes > 0 and w.openings.variable.size == 0 and w.counts.jumped == 0
+            checked = w.limits.planes > 0 and w.counts.jumped == 0
             return UNDECIDED if checked and has_slid(w, n_x) else OK
         status = pause(w, stop, n_c + w.contacts.other_guards.shape[0])
         if status != OK:

@@ -124,7 +124,7 @@ def _joined_impact(automaton: Automaton, impact: ca.Function) -> ca.Function:
     """Return the impact as a function of ([y; ...; t], [p; data]) with one output."""
     state, p = ca.SX.sym("y", len(automaton.states) + 1), ca.SX.sym("p", impact.numel_in(2))
     data = ca.SX.sym("data", impact.numel_in(3))
-    out = impact(state[: automaton.n_y], state[-1], p, data)[: impact.index_out("spread")]  # the rest for derivatives
+    out = impact(state[: automaton.n_y], state[-1], p, data)[: automaton.impact_answers]
     return ca.Function("impact", [state, ca.vertcat(p, data)], [ca.densify(ca.vertcat(*out))], {"cse": True})
 
 

@@ -27,6 +27,8 @@ def plane_arrays(automaton: Automaton) -> Planes:
         stands=n_c,
         turned=n_c,
         free=n_c,
+        static=n_c,
+        kinetic=n_c,
         bound=n_c,
         force=n_c,
         gain=n_c,

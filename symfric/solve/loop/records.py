@@ -243,7 +243,9 @@ class Planes(ArraySet):
     stands: Integers  # the contact of the same slip that stands for it
     turned: Reals  # 1 if its components are those of that contact turned, -1 if mirrored
     free: Reals  # slip accelerations without forces of contacts at rest
-    bound: Reals  # largest forces of these
+    static: Reals  # largest forces of these at rest
+    kinetic: Reals  # and once they slip
+    bound: Reals  # those of the present problem
     force: Reals  # their forces
     gain: Reals  # and accelerations
     coupling: Matrix  # what a turn of one direction does to the slips of all across theirs, (n_p, n_p)

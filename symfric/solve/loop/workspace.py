@@ -260,8 +260,8 @@ def make_arrays(
         ),
         impacts=Impacts.zeros(
             asked=n_p + impact.numel_in(3) if impact else 0,
-            answer=sum(map(impact.numel_out, range(impact.index_out("spread")))) if impact else 0,
-            exact=sum(map(impact.numel_out, range(impact.index_out("spread")))) if impact else 0,
+            answer=_answers(automaton),
+            exact=_answers(automaton),
             best=n_p + impact.numel_in(3) if impact else 0,
             touches=n_n,
             rests=n_n,
@@ -318,6 +318,11 @@ def _pivots(n_n: int, n_c: int) -> Pivots:
         wrong=n,
         instead=n,
     )
+
+
+def _answers(automaton: Automaton) -> int:
+    """Return the size of what a run asks of an impact."""
+    return sum(automaton.impact.numel_out(k) for k in range(automaton.impact_answers)) if automaton.impact else 0
 
 
 def _opening(lines: list[int], planes: Sequence[int], i: int) -> int:

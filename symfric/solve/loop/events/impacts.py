@@ -48,8 +48,7 @@ def ask_exactly(w: LoopArrays, y: Reals) -> None:
 @compiled(inline=True)
 def _states(w: LoopArrays) -> int:
     """Return the number of states of the motion, without appended derivatives."""
-    n = w.openings.variable.size
-    return w.impacts.answer.size - TOLD * n - 2 - (w.contacts.sticks.size + n) ** 2
+    return (w.y.size - 1) // (1 + w.limits.varied)
 
 
 @compiled(inline=True)

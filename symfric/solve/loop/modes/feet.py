@@ -30,7 +30,6 @@ Springer (1988). Goyal, Ruina, Papadopoulos, Planar sliding with dry friction, P
 import numpy as np
 
 from symfric.codegen.numba_types import compiled
-from symfric.solve.loop.codes import COUPLING
 from symfric.solve.loop.modes.feet_forces import AGREES, room_left
 from symfric.solve.loop.modes.feet_problem import minimise, polish
 from symfric.solve.loop.modes.feet_slips import aim, factorise, is_first, slip_of, take_all
@@ -79,12 +78,11 @@ def accelerate(w: LoopArrays, n_c: int) -> bool:
 @compiled
 def _tell_sticking(w: LoopArrays, n_c: int, least: float) -> None:
     """Tell contacts that stick by their accelerations; those that leave at the limit have none, but for rounding."""
-    row = COUPLING + n_c + w.limits.n_q + w.limits.coupled
     for i in range(n_c):
         if is_first(w, i):
             j = w.contacts.partner[i]
             moved = np.hypot(slip_of(w, i, 0), slip_of(w, j, 0) if j >= 0 else 0.0)
-            tied = w.planes.leaves[i] != 0 and w.planes.bound[i] >= w.gauge[row, i] * (1.0 - ROUNDING)
+            tied = w.planes.leaves[i] != 0 and w.planes.bound[i] >= w.planes.static[i] * (1.0 - ROUNDING)
             w.feet.sticks[i] = moved <= max(least, _SLOW * w.feet.scale[0] if tied else 0.0) * w.feet.size[i]
             if j >= 0:
                 w.feet.sticks[j] = w.feet.sticks[i]

@@ -8,7 +8,7 @@ import numpy as np
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS
 from symfric.solve.loop.arithmetic import value
-from symfric.solve.loop.codes import COUPLING
+from symfric.solve.loop.modes.closed_gaps import measure_held, static_bound
 from symfric.solve.loop.modes.feet_problem import minimise, solve_step
 from symfric.solve.loop.modes.feet_slips import (
     aim,
@@ -24,7 +24,7 @@ from symfric.solve.loop.modes.feet_slips import (
 )
 from symfric.solve.loop.modes.layout import backward
 from symfric.solve.loop.modes.tolerances import natural_time
-from symfric.solve.loop.stepping.calls import expand, measure, prelude, probe
+from symfric.solve.loop.stepping.calls import expand, prelude, probe
 from symfric.solve.loop.workspace import LoopArrays
 
 _LAST_ROOM = 2e-13  # part of the limit surface by which forces must be inside for the contacts to hold on
@@ -35,6 +35,7 @@ _INSIDE = 1e-3  # of these the least distance of a force from its bound, relativ
 _TAKES = 1e-5  # distance of a force from its bound, relative, far larger than the rounding that it takes
 _FARTHEST = 1e14  # virtual slip, relative, beyond which forces are on the limit surface
 _INSTANT = 1e-6  # part of the scale of time over which rates are differences
+_VANISHES = 1e-6  # bound, relative to the largest, of a contact that is about to open
 
 
 @compiled
@@ -189,9 +190,8 @@ def leave_at_limit(w: LoopArrays, n_c: int) -> bool:
     It is there, too, if forces that were told at this very instant reach a bound at once: so near the limit nothing but
     the rounding of time tells its place.
     """
-    row = COUPLING + n_c + w.limits.n_q + w.limits.coupled
     for i in range(n_c):
-        w.planes.bound[i] = w.gauge[row, i]
+        w.planes.bound[i] = w.planes.static[i]
     take_all(w, n_c)
     room = room_left(w, n_c)
     if not -AGREES <= room <= (AGREES if w.counts.stall > 0 else _LAST_ROOM):
@@ -280,11 +280,11 @@ def tell_forces(w: LoopArrays, n_x: int, n_c: int) -> None:
         finite = finite and abs(w.y[r]) < np.inf
     w.y[n_x] += time
     if finite:
-        measure(w, w.y, w.gauge)
+        measure_held(w, n_c)
         finite = _hold_now(w, n_x, n_c)
     for r in range(n_t):
         w.y[r] = w.feet.entry_y[r]
-    measure(w, w.y, w.gauge)
+    measure_held(w, n_c)
     for i in range(n_c):
         if w.feet.among[i] and w.contacts.partner[i] >= 0:
             v = w.planes.variable[i] + (w.contacts.partner[i] < i)
@@ -303,7 +303,6 @@ def _mark(w: LoopArrays, n_c: int) -> None:
 @compiled
 def _hold_now(w: LoopArrays, n_x: int, n_c: int) -> bool:
     """Compute the forces that hold the contacts that stick, at the state; return whether these are numbers."""
-    row = COUPLING + n_c + w.limits.n_q + w.limits.coupled
     for i in range(n_c):
         if w.feet.among[i]:
             w.m[i] = FOLLOWS
@@ -311,18 +310,26 @@ def _hold_now(w: LoopArrays, n_x: int, n_c: int) -> bool:
     probe(w)
     for i in range(n_c):
         if w.feet.among[i]:
-            w.planes.free[i], w.planes.bound[i] = w.probe[n_x + backward(i), 1], w.gauge[row, i]
-            w.m[i] = w.feet.mark[i]
+            w.planes.free[i], w.m[i] = w.probe[n_x + backward(i), 1], w.feet.mark[i]
+    if w.openings.variable.size:  # which press as all stick
+        prelude(w)
+        probe(w)
+    for i in range(n_c):
+        if w.feet.among[i]:
+            w.planes.bound[i] = static_bound(w, n_x, i)
     factorise(w, n_c)
     return abs(room_left(w, n_c)) < np.inf
 
 
 @compiled
 def _scale_of_time(w: LoopArrays, n_x: int, n_c: int) -> float:
-    """Return the time in which a term of the series of a guard alone would use up a bound."""
-    time = natural_time(w)
+    """Return the time in which a term of the series of a guard alone would use up a bound; not one that vanishes."""
+    time, largest = natural_time(w), 0.0
     for i in range(n_c):
-        if is_first(w, i) and w.contacts.partner[i] >= 0:
+        if is_first(w, i):
+            largest = max(largest, w.planes.bound[i])
+    for i in range(n_c):
+        if is_first(w, i) and w.contacts.partner[i] >= 0 and w.planes.bound[i] > _VANISHES * largest:
             for k in range(1, w.c.shape[1]):
                 term = abs(w.c[n_x + backward(i), k])
                 if term > 0.0:

@@ -9,6 +9,7 @@ import numpy as np
 from symfric.codegen.array_table import Reals
 from symfric.codegen.numba_types import compiled
 from symfric.solve.loop.codes import COUPLING
+from symfric.solve.loop.modes.same_slips import undecided
 from symfric.solve.loop.modes.tolerances import little
 from symfric.solve.loop.workspace import LoopArrays
 
@@ -25,7 +26,7 @@ def are_redundant(w: LoopArrays, n_c: int) -> bool:
     for i in range(n_c):
         j = w.contacts.partner[i]
         first = i if j < 0 or i < j else j
-        w.feet.among[i] = w.selection.zero[i] != 0 and w.contacts.sticks[i] != 0 and w.planes.stands[first] == first
+        w.feet.among[i] = undecided(w, i) and w.planes.stands[first] == first
         n += w.feet.among[i]
     return n > 1 and factorise(w, n_c) < n
 
@@ -34,7 +35,7 @@ def are_redundant(w: LoopArrays, n_c: int) -> bool:
 def take_all(w: LoopArrays, n_c: int) -> None:
     """Let all contacts at rest that can stick be those of the problem, with the bounds in ``w.planes.bound``."""
     for i in range(n_c):
-        w.feet.among[i] = w.selection.zero[i] != 0 and w.contacts.sticks[i] != 0
+        w.feet.among[i] = undecided(w, i)
     factorise(w, n_c)
 
 

@@ -207,11 +207,17 @@ def mark_fresh(w: LoopArrays, n_x: int, n_c: int, n_s: int) -> None:
 
 @compiled(inline=True)
 def _mark_in_plane(w: LoopArrays, i: int, value: float, change: float) -> None:
-    """Mark the guards of a row of a contact in the plane; while it sticks the first may start at zero."""
-    g, rises = backward(i), change > 0.0
-    tied = w.m[i] > 0.5 and w.contacts.partner[i] > i and value <= ROUNDING * w.scale[w.y.size - 1 + g] and rises
+    """Mark the guards of a row of a contact in the plane; while it sticks the first may start at zero.
+
+    As one that opens lets go, its bound falls to zero, and the square of that to the rounding of earlier ones before.
+    """
+    g, rises, little = backward(i), change > 0.0, ROUNDING * w.scale[w.y.size - 1 + backward(i)]
+    near = w.m[i] > 0.5 and w.contacts.partner[i] > i and value <= little
+    tied = near and rises
     w.guards.fresh[g], w.guards.fresh[forward(i)] = tied, 0
     w.guards.slack[g], w.guards.slack[forward(i)] = 0.0 if tied else max(0.0, -value), 0.0
+    if near and not rises and w.contacts.opens[i] >= 0:
+        w.guards.slack[g] = max(0.0, little - value)
 
 
 @compiled(inline=True)

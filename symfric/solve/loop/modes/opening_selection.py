@@ -16,15 +16,17 @@ from symfric.solve.loop.events.impacts import (
     told,
 )
 from symfric.solve.loop.events.time_steps import step_over
+from symfric.solve.loop.modes.closed_gaps import take_bounds
 from symfric.solve.loop.modes.last_bounces import dies_out, time_to_rest
 from symfric.solve.loop.modes.layout import backward
 from symfric.solve.loop.modes.mode_pivots import pivot_modes
 from symfric.solve.loop.modes.mode_selection import change_switch, mark_fresh
 from symfric.solve.loop.modes.planes_that_open import begin_planes, forget_arrivals, has_arrived
+from symfric.solve.loop.modes.rest_together import rest_together
 from symfric.solve.loop.modes.resting_edges import find_edges
 from symfric.solve.loop.modes.tolerances import doubted_acceleration, instant
-from symfric.solve.loop.modes.trial_modes import is_apart, try_modes
-from symfric.solve.loop.modes.zero_slips import try_sticking
+from symfric.solve.loop.modes.trial_modes import is_apart, rests_undetermined, try_modes
+from symfric.solve.loop.modes.zero_slips import has_slid, try_sticking
 from symfric.solve.loop.precision import ROUNDING
 from symfric.solve.loop.stepping.calls import measure
 from symfric.solve.loop.workspace import LoopArrays
@@ -41,6 +43,8 @@ def select_with_openings(w: LoopArrays, starting: bool) -> int:
         step_over(w, n_x, n_c)
     if w.counts.jumped and not starting and overlaps(w, n_x):
         return OVERLAP
+    if w.limits.planes and not w.counts.jumped and has_slid(w, n_x):
+        return UNDECIDED
     leave(w)
     for r in range(w.m.size):
         w.impacts.entry_m[r] = w.m[r]
@@ -88,7 +92,7 @@ def _select_modes(w: LoopArrays, n_x: int, n_c: int) -> int:
         w.selection.turns[i] = 0
     edges = w.limits.edges > 0
     for attempt in range(_ROUNDS + _MORE * n_s):
-        status = try_modes(w, n_x, n_c)
+        status = rest_together(w, n_x, n_c) if rests_undetermined(w, n_c) else try_modes(w, n_x, n_c)
         if status == MANY_CONTACTS and not w.limits.planes:
             status = pivot_modes(w, n_x, n_c)
         if status != OK:
@@ -97,6 +101,8 @@ def _select_modes(w: LoopArrays, n_x: int, n_c: int) -> int:
             continue
         if n_s == 0 or not change_switch(w, n_x, n_c, n_s, edges):
             hold_exactly(w)
+            if w.limits.planes:
+                take_bounds(w, n_x, n_c)
             mark_fresh(w, n_x, n_c, n_s)
             _mark_slips(w, n_x, n_c)
             return OK if _mark_openings(w, n_x) else UNDECIDED

@@ -21,6 +21,7 @@ from symfric.lower.constraint_forces import FOLLOWS, HOLDS
 from symfric.lower.planes import SINCE, STARTS
 from symfric.solve.loop.codes import COUPLING, OK, UNDECIDED
 from symfric.solve.loop.events.time_steps import step_over
+from symfric.solve.loop.modes.closed_gaps import take_bounds
 from symfric.solve.loop.modes.contradiction import contradiction
 from symfric.solve.loop.modes.feet import accelerate
 from symfric.solve.loop.modes.feet_forces import (
@@ -36,7 +37,6 @@ from symfric.solve.loop.modes.layout import backward, forward, turn, way
 from symfric.solve.loop.modes.mode_selection import change_switch, loads_hold, mark_fresh
 from symfric.solve.loop.modes.resting_edges import find_edges
 from symfric.solve.loop.modes.same_slips import (
-    bounds_row,
     component,
     is_second,
     join,
@@ -77,11 +77,12 @@ def select_in_plane(w: LoopArrays) -> int:
     for i in range(w.selection.turns.size):
         w.selection.turns[i] = 0
     edges = w.limits.edges > 0
+    take_bounds(w, n_x, n_c)
     for attempt in range(_ROUNDS + _MORE * (n_s + n_c)):
-        status = _decide(w, n_x, n_c)
+        status = decide(w, n_x, n_c)
         if status != OK:
             return status
-        if _turns_round(w, n_x, n_c):
+        if turns_round(w, n_x, n_c):
             continue
         if attempt == 0 and edges and find_edges(w, n_x, n_c, True):
             continue
@@ -92,7 +93,7 @@ def select_in_plane(w: LoopArrays) -> int:
 
 
 @compiled
-def _turns_round(w: LoopArrays, n_x: int, n_c: int) -> bool:
+def turns_round(w: LoopArrays, n_x: int, n_c: int) -> bool:
     """Turn round one contact along a line that cannot stick and contradicts its direction; return whether one did.
 
     A law with memory has such a contact: its force is a state, and only the direction of the slip changes.
@@ -107,7 +108,7 @@ def _turns_round(w: LoopArrays, n_x: int, n_c: int) -> bool:
 
 
 @compiled
-def _decide(w: LoopArrays, n_x: int, n_c: int) -> int:
+def decide(w: LoopArrays, n_x: int, n_c: int) -> int:
     """Find a mode in which no contact at rest contradicts its force."""
     p = w.planes
     for i in range(n_c):
@@ -192,7 +193,7 @@ def _balance(w: LoopArrays, n_c: int, feet: bool) -> int:
     for _ in range(4 * n_c + 8):
         if feet:
             for i in range(n_c):
-                p.bound[i] = w.gauge[bounds_row(w) + (p.slides[i] != 0), i]
+                p.bound[i] = p.kinetic[i] if p.slides[i] else p.static[i]
             if not accelerate(w, n_c):
                 return UNDECIDED
         else:
@@ -217,8 +218,7 @@ def _balance(w: LoopArrays, n_c: int, feet: bool) -> int:
 @compiled(inline=True)
 def _is_tied(w: LoopArrays, i: int) -> bool:
     """Whether contact i has reached a bound that does not fall with its release."""
-    row = bounds_row(w)
-    return w.planes.leaves[i] != 0 and w.gauge[row + 1, i] >= w.gauge[row, i] * (1.0 - ROUNDING)
+    return w.planes.leaves[i] != 0 and w.planes.kinetic[i] >= w.planes.static[i] * (1.0 - ROUNDING)
 
 
 @compiled(inline=True)
@@ -396,5 +396,5 @@ def _exceeds(w: LoopArrays, i: int, room: float, change: float) -> bool:
     """Whether the force of a sticking contact is beyond its bound, or on it and growing."""
     doubt = doubt_of(w, i)
     if w.contacts.partner[i] >= 0:  # the guard is the difference of two squares
-        doubt *= 2.0 * w.gauge[bounds_row(w), i] + doubt
+        doubt *= 2.0 * w.planes.static[i] + doubt
     return room < -doubt or (abs(room) <= doubt and change < 0.0 and w.counts.steps == 0)

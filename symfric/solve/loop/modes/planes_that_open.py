@@ -62,9 +62,9 @@ def set_plane(w: LoopArrays, i: int, apart: bool, sticks: bool) -> None:
     w.m[i] = 0.0 if apart else (FOLLOWS if sticks else STARTS)
     w.m[j] = w.m[i]
     w.m[direction(i, w.contacts.sticks.size)], w.m[direction(j, w.contacts.sticks.size)] = 1.0, 1.0
+    for k in range(SINCE):  # no force is told, and no direction
+        w.m[v + k] = 0.0
     if w.m[i] == STARTS:
-        for k in range(2, SINCE):
-            w.m[v + k] = 0.0
         w.m[v + SINCE] = w.y[w.y.size - 1]
         _point(w, i, START_ANGLE)
 

@@ -6,13 +6,8 @@ They share their force in proportion to their bounds, leave together, and are de
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import DISTINCT, HOLDS, SHARES
 from symfric.solve.loop.codes import COUPLING
+from symfric.solve.loop.events.impacts import is_open
 from symfric.solve.loop.workspace import LoopArrays
-
-
-@compiled(inline=True)
-def bounds_row(w: LoopArrays) -> int:
-    """Return the row of the gauge with the static bounds; the kinetic ones are in the next."""
-    return COUPLING + w.contacts.sticks.size + w.limits.n_q + w.limits.coupled
 
 
 @compiled(inline=True)
@@ -23,8 +18,9 @@ def is_second(w: LoopArrays, i: int) -> bool:
 
 @compiled(inline=True)
 def undecided(w: LoopArrays, i: int) -> bool:
-    """Whether contact i is at rest and can stick."""
-    return w.selection.zero[i] != 0 and w.contacts.sticks[i] != 0
+    """Whether contact i is at rest and can stick; one that is open in the mode has no friction."""
+    k = w.contacts.opens[i]
+    return w.selection.zero[i] != 0 and w.contacts.sticks[i] != 0 and not (k >= 0 and is_open(w, k))
 
 
 @compiled
@@ -82,9 +78,9 @@ def ratio(w: LoopArrays, i: int, k: int) -> float:
 @compiled
 def join(w: LoopArrays, n_c: int) -> None:
     """Let the first of the contacts with the same slip stand for all of them, with the sum of their bounds."""
-    p, row = w.planes, bounds_row(w)
+    p = w.planes
     for i in range(n_c):
-        p.bound[i], p.stands[i] = w.gauge[row + (p.slides[i] != 0), i], i
+        p.bound[i], p.stands[i] = p.kinetic[i] if p.slides[i] else p.static[i], i
         if not undecided(w, i) or w.contacts.partner[i] <= i:
             continue
         for k in range(i):

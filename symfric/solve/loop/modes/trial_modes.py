@@ -8,7 +8,7 @@ several solutions, and if no mode is right they have none: the paradox of Painle
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.constraint_forces import AT_BOUND, FOLLOWS, HOLDS
-from symfric.solve.loop.codes import MANY_CONTACTS, OK, PAINLEVE, UNDECIDED
+from symfric.solve.loop.codes import MANY_CONTACTS, OK, PAINLEVE
 from symfric.solve.loop.events.impacts import LEAST, MOST_TRIALS, RESPONSE, coupling, is_open, next_trial, told
 from symfric.solve.loop.modes.layout import backward, direction, forward
 from symfric.solve.loop.modes.planes_that_open import (
@@ -44,20 +44,35 @@ def is_apart(w: LoopArrays, i: int) -> bool:
 
 
 @compiled
-def try_modes(w: LoopArrays, n_x: int, n_c: int) -> int:
-    """Try all combinations of modes; leave the right one in place."""
-    n, n_q, total = w.openings.variable.size, w.limits.n_q, 1.0
+def lay_out_trials(w: LoopArrays, n_c: int) -> float:
+    """Lay out the combinations of modes, and begin with what is closed and sticks; return their number."""
+    n, total = w.openings.variable.size, 1.0
     for k in range(n + n_c):
         w.impacts.tried[k] = 0
         w.impacts.options[k] = _options_of_opening(w, k) if k < n else _options_of_line(w, k - n)
         total *= w.impacts.options[k]
+    return total
+
+
+@compiled
+def rests_undetermined(w: LoopArrays, n_c: int) -> bool:
+    """Whether contacts in the plane at rest have forces that are not unique, as long as all of them stick."""
+    if w.planes.row.size == 0:
+        return False
+    lay_out_trials(w, n_c)
+    _try_forces(w, n_c)
+    return is_undetermined(w)
+
+
+@compiled
+def try_modes(w: LoopArrays, n_x: int, n_c: int) -> int:
+    """Try all combinations of modes; leave the right one in place."""
+    n, n_q, total = w.openings.variable.size, w.limits.n_q, lay_out_trials(w, n_c)
     if total > MOST_TRIALS:
         return MANY_CONTACTS
     best, several = -1, False
     for _ in range(int(total)):
         sticking = _try_forces(w, n_c)
-        if is_undetermined(w):
-            return UNDECIDED
         right = 0
         for start in range(aim_starts(w, n_x)):
             take_start(w, start)

@@ -55,8 +55,7 @@ def turn_feet(w: LoopArrays, n_x: int, order: int) -> None:
 @compiled(inline=True)
 def _bound(w: LoopArrays, i: int) -> float:
     """Return the friction of a contact that starts."""
-    n_c = w.contacts.sticks.size
-    return float(w.gauge[COUPLING + n_c + w.limits.n_q + w.limits.coupled + 1, i])
+    return float(w.planes.kinetic[i])
 
 
 @compiled(inline=True)

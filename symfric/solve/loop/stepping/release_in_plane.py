@@ -12,8 +12,9 @@ damps it by ``B/|w|``, which is also why steps after a slow start are short.
 
 **Stop.** The direction turns like a power of the time left, so that series reach no further than the stop: steps shrink
 in proportion to that time, which costs its logarithm. Within a rounding error of the stop the rest is a straight line.
-Beside feet that stick on the same bodies a slip does not become smaller than theirs, which is an error of the run: the
-contact has stopped there.
+Beside feet that stick on the same bodies a slip does not become smaller than theirs, which is an error of the run: it
+goes on at the angle at which friction no longer slows it. Theirs are made exactly zero then; where they are not, the
+contact has stopped.
 
 References
 ----------
@@ -30,7 +31,7 @@ from symfric.solve.loop.codes import COUPLING, FORCES, PULL, SELECT, SLIP, TERMS
 from symfric.solve.loop.events.first_event import first_event
 from symfric.solve.loop.modes.layout import backward, forward
 from symfric.solve.loop.modes.tolerances import LAST, instant, natural_time
-from symfric.solve.loop.precision import ROUNDING, TINY
+from symfric.solve.loop.precision import EPS, ROUNDING, TINY
 from symfric.solve.loop.stepping.calls import expand, measure, prelude
 from symfric.solve.loop.stepping.common_start import depend_on_each_other, turn_feet
 from symfric.solve.loop.stepping.singular_start import keep_straight
@@ -40,6 +41,8 @@ from symfric.solve.loop.workspace import LoopArrays
 
 # speed, in slips of contacts that stick, at which one on the same bodies has stopped; longest straight line then
 _OF_DRIFT, _LONGEST = 10.0, 1e-10
+_BESIDE_DRIFT = 1e4  # up to which it is held up by these slips, which are made exactly zero,
+_HELD = 4.0 * EPS  # unless they are so already, relative to its terms
 _NEAR = 1e3  # slip, in rounding errors of it, from which on these are told of the present state
 _WITHIN = 0.9  # longest start, as part of the time to the next sample
 # most lengths that are tried for slips to be straight, the next one relative to one that is too long, and most others
@@ -303,27 +306,32 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
 
     Velocities keep their directions until the modes are selected: they lead to the derivatives of the time of the stop.
     """
-    nature = natural_time(w)
-    hit, time, measured = -1, LAST * nature, False
+    nature, fastest = natural_time(w), 0.0
+    for r in range(w.limits.n_q, 2 * w.limits.n_q):
+        fastest = max(fastest, w.scale[r])
+    hit, time, measured, held_up = -1, LAST * nature, False, False
     for k in range(w.planes.row.size):
         i = w.planes.row[k]
         row = n_x + backward(i)
         speed, rate = w.c[row, 0], w.c[row, 1]
-        if w.m[i] != 0.0 or not rate < 0.0:
+        if w.m[i] != 0.0:
             continue
         size = max(w.gauge[TERMS, i], w.gauge[TERMS, i + 1])
         depends = w.limits.coupled and w.contacts.depends[i]
         least = _rounding_of_slip(w, i, rate)
-        if not measured and (speed < _NEAR * least or (depends and speed < w.clock.tolerance * size)):
+        slow = depends and speed < w.clock.tolerance * max(size, fastest)
+        if not measured and (speed < _NEAR * least or slow):
             measure(w, w.y, w.gauge)
             measured, least = True, _rounding_of_slip(w, i, rate)
         stops = speed < max(-rate * time, least)
-        if hit < 0 and depends and not stops and speed < w.clock.tolerance * size:
-            stops = speed <= _OF_DRIFT * _drift(w, i, n_c)
-        if stops:
+        if hit < 0 and slow and not stops:
+            drift = _drift(w, i, n_c)
+            stops = speed < w.clock.tolerance * size and speed <= _OF_DRIFT * drift
+            held_up = held_up or (drift > _HELD * size and speed <= _BESIDE_DRIFT * drift)
+        if stops and rate < 0.0:
             hit, time = k, min(speed / -rate, _LONGEST * nature)
     if hit < 0:
-        return False
+        return held_up and _hold_anew(w)
     n_q, n_y = w.limits.n_q, n_x // (1 + w.limits.varied)
     for r in range(n_x):
         moves = r < n_q or 2 * n_q <= r < n_y
@@ -338,6 +346,17 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
         speed, rate = w.c[n_x + backward(i), 0], w.c[n_x + backward(i), 1]
         if k == hit or (w.m[i] == 0.0 and rate < 0.0 and abs(speed + rate * time) <= _rounding_of_slip(w, i, rate)):
             w.guards.hit[backward(i)], w.planes.arrived[k] = 1, 1
+    w.counts.phase = SELECT
+    return True
+
+
+@compiled
+def _hold_anew(w: LoopArrays) -> bool:
+    """Select the modes once more, which makes the slips of contacts that stick exactly zero; once after every step."""
+    if w.counts.stall > 0:
+        return False
+    for g in range(w.guards.hit.size):
+        w.guards.hit[g], w.guards.fresh[g] = 0, 0
     w.counts.phase = SELECT
     return True
 

@@ -167,7 +167,7 @@ def _by_time(w: LoopArrays, n_x: int, r: int, order: int, truth: float) -> float
     change = abs(w.probe[r, order] - truth)
     w.step.end[n_x] = time
     probe_trial(w)
-    return change
+    return float(change) if change < np.inf else 0.0
 
 
 @compiled(inline=True)
