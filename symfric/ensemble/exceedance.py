@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from symfric.axes import Axes, axes_for
-from symfric.ensemble.statistics import CASE, probability
+from symfric.ensemble.statistics import CASE, interval, probability
 from symfric.errors import SceneError
 from symfric.locks import DRAWING, alone
 
@@ -65,8 +65,10 @@ def plot_probability(values: "xr.DataArray", *, over: str = CASE, ax: Axes | Non
     ax = axes_for(ax)
     for k in range(count):
         part = values.isel({others[0]: k}) if others else values
-        estimates = [probability(part, above=float(level), over=over) for level in levels]
-        p, low, high = (np.array([float(f[n]) for f in estimates]) for n in ("probability", "low", "high"))
+        own = np.sort(part.values[np.isfinite(part.values)])
+        n = float(own.size) or np.nan
+        p = (own.size - np.searchsorted(own, levels, side="right")) / n
+        low, high = interval(p, n)
         name = f"{others[0]} = {_said(part[others[0]].item())}" if others and others[0] in part.coords else None
         (line,) = ax.plot(levels, p, label=name)
         ax.fill_between(levels, low, high, color=line.get_color(), alpha=0.2, linewidth=0)

@@ -73,11 +73,17 @@ def probability(
     n = there.sum(over)
     part = hit.sum(over) / n.where(n > 0)
     error = _error(hit.where(there), part * (1 - part), n, over)
+    low, high = interval(part, n)
+    estimate = {"probability": part, "standard_error": error, "low": low, "high": high}
+    return xr.Dataset({**estimate, "cases": n, FAILED: array.sizes[over] - n})
+
+
+def interval(part: Any, n: Any) -> tuple[Any, Any]:
+    """Return the ends of Wilson's interval of 95 % of a probability, found as a part of n independent cases."""
     z = 1.959963984540054
     middle = (part + z**2 / (2 * n)) / (1 + z**2 / n)
     reach = z * np.sqrt(part * (1 - part) / n + z**2 / (4 * n**2)) / (1 + z**2 / n)
-    estimate = {"probability": part, "standard_error": error, "low": middle - reach, "high": middle + reach}
-    return xr.Dataset({**estimate, "cases": n, FAILED: array.sizes[over] - n})
+    return middle - reach, middle + reach
 
 
 @spelt

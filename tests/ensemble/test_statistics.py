@@ -95,8 +95,7 @@ def test_bad_arguments(call, message):
         call()
 
 
-def test_the_picture_of_a_probability_is_its_complement_of_the_distribution(monkeypatch):
-    monkeypatch.setattr("symfric.ensemble.exceedance.LEVELS", 40)
+def test_the_picture_of_a_probability_is_its_complement_of_the_distribution():
     rng = np.random.default_rng(3)
     drawn = scipy.stats.norm(2.0, 0.5).ppf((rng.permutation(60) + 0.5) / 60)
     values = cases(np.r_[drawn, np.nan])
@@ -107,6 +106,11 @@ def test_the_picture_of_a_probability_is_its_complement_of_the_distribution(monk
     assert np.all(np.diff(p) <= 0)
     assert p == pytest.approx(scipy.stats.norm(2.0, 0.5).sf(level), abs=0.06)
     band = ax.collections[0].get_paths()[0].vertices
+    for k in (0, 60, 130, 199):  # the rule for one level
+        one = sf.probability(values, above=float(level[k]))
+        assert p[k] == one.probability
+        at = np.sort(band[np.isclose(band[:, 0], level[k], atol=1e-12), 1])
+        assert at[[0, -1]] == pytest.approx([float(one.low), float(one.high)], abs=1e-12)
     assert band[:, 1].min() >= 0
     assert band[:, 1].max() <= 1
     few = values[:20]
