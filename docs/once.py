@@ -9,7 +9,7 @@ import gc
 
 def prepare_for_pages() -> None:
     """Set it for this process and those that it forks."""
-    from symfric.codegen import functions
+    from symfric.codegen.functions import compile_fast
 
-    functions._MANY = functions._SHARED = 0
+    compile_fast()
     gc.set_threshold(100_000, 50, 100)

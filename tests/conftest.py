@@ -37,9 +37,9 @@ sys.dont_write_bytecode = False
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as in a shell's background jobs, whose children ignore it too
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-from symfric.codegen import functions  # noqa: E402  (what is set above is read when it is imported)
+from symfric.codegen.functions import compile_fast  # noqa: E402  (what is set above is read when it is imported)
 
-functions._MANY = 0
+compile_fast()
 
 BELT = "sf.simulate(sf.scenes.mass_on_belt(v_b=0.2))"
 OTHERS = (

@@ -66,6 +66,12 @@ class Draft:
         return {old: self._better.addresses[name] for name, old in self._addresses.items()}
 
 
+def compile_fast() -> None:
+    """Compile all code fast at first, in a process most of whose programs run once."""
+    global _MANY, _SHARED
+    _MANY = _SHARED = 0
+
+
 @alone(SYMBOLIC)
 def compile_functions(functions: Sequence[Code], rare: Sequence[ca.Function] = ()) -> MachineCode:
     """Compile SX functions into one object, or load it from the cache.
