@@ -139,6 +139,18 @@ def stepped(seed, steps, height, mu, e):
     return Stepping(INERTIA, force, contacts).run(DROPPED, 4.0, steps, 8)
 
 
+@pytest.mark.parametrize("seed", longer([0, 3, 7, *range(8, 20)], range(8, 20)))
+def test_where_friction_drops_feet_are_not_held_again_by_what_they_pressed_at_rest(seed):
+    """All feet slip at once, and press otherwise from then on; their friction along the way is that of rest no more."""
+    places, force, _ = driven(seed)
+    height = float(np.random.default_rng(seed).uniform(-0.3, 0.8))
+    scene = table(places, force, law=sf.laws.coulomb(MU + 0.05, MU - 0.05), values={H: height}, horizon=4.0)
+    loose, run = (sf.simulate(scene, tolerance=e).checked() for e in (1e-8, 1e-11))
+    assert loose.final == pytest.approx(run.final, abs=1e-6)
+    assert [(e.contact, e.kind) for e in loose.events] == [(e.contact, e.kind) for e in run.events]
+    assert run.energy_residual() < 1e-9
+
+
 DROPPED = (0, 0, 0, 0.05, 0.01, -0.02, *[0] * 6)
 
 

@@ -83,7 +83,8 @@ def _eliminate(w: LoopArrays, n_c: int, k: int) -> bool:
 def take_bounds(w: LoopArrays, n_x: int, n_c: int) -> bool:
     """Set the largest forces of contacts at rest; return whether these differ from before, by more than rounding.
 
-    Those of contacts that open follow from the normal forces in ``w.probe``.
+    Those of contacts that open follow from the normal forces in ``w.probe``. One that starts to slip by these presses
+    otherwise than at rest, and is held again by its kinetic bound alone.
     """
     p, changed = w.planes, False
     row = COUPLING + n_c + w.limits.n_q + w.limits.coupled
@@ -91,6 +92,7 @@ def take_bounds(w: LoopArrays, n_x: int, n_c: int) -> bool:
         k, static, kinetic = w.contacts.opens[i], w.gauge[row, i], w.gauge[row + 1, i]
         if k >= 0:
             static, kinetic = static_bound(w, n_x, i), told_exactly(w, KINETIC, k) * _pressed(w, n_x, k)
+            static = kinetic if p.slides[i] else static
             least = ROUNDING * told_exactly(w, LEAST, k) * told_exactly(w, STATIC, k)
             changed = changed or not max(abs(static - p.static[i]), abs(kinetic - p.kinetic[i])) <= least
         p.static[i], p.kinetic[i] = static, kinetic

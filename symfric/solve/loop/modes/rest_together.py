@@ -109,6 +109,7 @@ def _is_measured(w: LoopArrays, n_c: int) -> bool:
 def _press(w: LoopArrays, n_x: int, n_c: int) -> None:
     """Compute the normal forces while all contacts at rest stick, and the bounds by them."""
     for i in range(n_c):
+        w.planes.slides[i] = 0
         if undecided(w, i):
             w.m[i] = FOLLOWS
     share(w, n_c)
