@@ -4,7 +4,6 @@ A table slides, turns and tilts a little on feet, its centre of mass at the heig
 """
 
 import math
-from functools import cache
 
 import numpy as np
 import pytest
@@ -122,8 +121,8 @@ def test_without_height_it_is_a_body_with_given_loads(seed):
     assert [e.t for e in free.events] == pytest.approx([e.t for e in given.events], abs=1e-9)
 
 
-@cache
-def stepped(seed, steps, height, mu, e):
+def stepped(seed, steps):
+    """Return the coordinates of a dropped table at eight times, by time stepping."""
     places, _, (sizes, rates, phases) = driven(seed)
     weight = np.array([0, 0, 0, -1.0, 0, 0])
 
@@ -131,9 +130,7 @@ def stepped(seed, steps, height, mu, e):
         return weight + np.append(sizes * np.sin(rates * t + phases), [0, 0, 0])
 
     contacts = [
-        Sliding(
-            np.array([[1, 0, -Y, 0, 0, -height], [0, 1, X, 0, height, 0]]), mu, mu, np.array([0, 0, 0, 1, Y, -X]), e=e
-        )
+        Sliding(np.array([[1, 0, -Y, 0, 0, -0.4], [0, 1, X, 0, 0.4, 0]]), 0.3, 0.3, np.array([0, 0, 0, 1, Y, -X]))
         for X, Y in places
     ]
     return Stepping(INERTIA, force, contacts).run(DROPPED, 4.0, steps, 8)
@@ -141,7 +138,7 @@ def stepped(seed, steps, height, mu, e):
 
 @pytest.mark.parametrize("seed", longer([0, 3, 7, *range(8, 20)], range(8, 20)))
 def test_where_friction_drops_feet_are_not_held_again_by_what_they_pressed_at_rest(seed):
-    """All feet slip at once, and press otherwise from then on; their friction along the way is that of rest no more."""
+    """Feet that start to slip press otherwise than at rest: a static bound by that would hold them again, and again not."""
     places, force, _ = driven(seed)
     height = float(np.random.default_rng(seed).uniform(-0.3, 0.8))
     scene = table(places, force, law=sf.laws.coulomb(MU + 0.05, MU - 0.05), values={H: height}, horizon=4.0)
@@ -175,11 +172,12 @@ def test_dropped_and_shaken_it_moves_the_same_at_any_tolerance(seed):
 @pytest.mark.long(beside="test_dropped_and_shaken_it_moves_the_same_at_any_tolerance")
 @pytest.mark.parametrize("seed", range(6))
 def test_dropped_and_shaken_it_is_the_limit_of_time_steps(seed):
+    """It lands without bounces, which steps would have to resolve one by one."""
     places, force, _ = driven(seed)
-    run = sf.simulate(table(places, force, start=DROPPED, horizon=4.0, e=0.3), tolerance=1e-11).checked()
+    run = sf.simulate(table(places, force, start=DROPPED, horizon=4.0), tolerance=1e-11).checked()
     path = np.array([run(0.5 * (k + 1))[:6] for k in range(8)])
-    errors = [np.max(np.abs(stepped(seed, 8 * n, 0.4, 0.3, 0.3) - path)) for n in (25, 100)]
-    assert errors[1] < max(0.5 * errors[0], 1e-4)
+    errors = [np.max(np.abs(stepped(seed, 8 * n) - path)) for n in (25, 100)]
+    assert errors[1] < 0.35 * errors[0] < 2e-3
 
 
 @pytest.mark.parametrize("n", [2, 3, 4])
@@ -222,13 +220,13 @@ def test_contacts_with_one_slip_share_their_force_beside_a_ball():
 
     def scene(loads):
         contacts = [sf.Contact(f"block {k}", (v_x, v_y), N, law) for k, N in enumerate(loads)]
-        force = [0.5 * sp.sin(1.3 * t), 0.4 * sp.cos(t), -1.0]
+        force = [0.5 * sp.sin(1.3 * t), 0.2 * sp.cos(t), -1.0]
         system = sf.System([x, y, b], [v_x, v_y, v_b], sp.eye(3), force)
         states = {x: 0, y: 0, b: 0.5, v_x: 0, v_y: 0, v_b: 0}
         return sf.Scene(system, [*contacts, ball], {}, states, 8.0, outputs=OUT)
 
     one, two = (sf.simulate(scene(loads), tolerance=1e-12).checked() for loads in ((1.0,), (0.3, 0.7)))
     assert two.final == pytest.approx(one.final, abs=1e-12)
-    assert len([e for e in two.events if e.contact == "block 1"]) == len(
-        [e for e in one.events if e.contact == "block 0"]
-    )
+    alone = [(e.kind, pytest.approx(e.t, abs=1e-11)) for e in one.events if e.contact == "block 0"]
+    for name in ("block 0", "block 1"):
+        assert [(e.kind, e.t) for e in two.events if e.contact == name] == alone != []

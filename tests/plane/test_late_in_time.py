@@ -56,3 +56,13 @@ def test_small_slips_about_another_foot_end_late_in_a_run(frequency, speed, mu):
     assert fine[0].final == pytest.approx(fine[1].final, abs=1e-8)
     assert rough.final == pytest.approx(fine[1].final, abs=1e-5)
     assert len(fine[0].events) == len(fine[1].events) > 300
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
+def test_a_slow_slip_beside_a_foot_that_sticks_comes_to_rest(tolerance):
+    """It is not held up by the slip of that foot, an error of the run, at the angle at which friction no longer slows it."""
+    scene = body(2, spin=0.9 * sp.sin(1.3 * sf.TIME), values={MU: 0.4}).until(1500.0)
+    run, fine = (sf.simulate(scene, tolerance=e).checked() for e in (tolerance, 1e-10))
+    assert len(run.events) == len(fine.events) > 600
+    assert run.final == pytest.approx(fine.final, abs=10 * tolerance)
+    assert len(run.t) < 20_000
