@@ -300,12 +300,11 @@ class Feet(ArraySet):
     before: Reals  # the same at the state, while they are computed a little later
     mark: Reals  # marks in the mode, likewise
     entry_y: Reals  # the state, likewise, (n_x + 1,)
-    turning: Matrix  # equations of the turns of directions, (n_p, n_p)
+    turning: Matrix  # equations of the turns of directions, (n_p, n_p + 1)
     axes: Matrix  # principal axes of these, one a column
     weight: Reals  # what a turn about each gives, (n_p,)
     idle: Integers  # whether that is nothing
     order: Integers  # the axes for which this is so
-    part: Reals  # turns about these
     left: Reals  # right-hand sides of the equations
     turn: Reals  # times the friction, how far each direction turns
     limit: Reals  # of an end of the sticking, what `symfric.lower.variational_equations` tells, (3 n_c,); else zero

@@ -82,3 +82,12 @@ def doubted_acceleration(w: LoopArrays, i: int, jerk: float) -> float:
     if w.counts.steps > 0:
         least = arithmetic.doubted_force(least, w.gauge[PULL, i], w.span[TERMS, i], natural_time(w), w.clock.doubt)
     return least
+
+
+@compiled(inline=True)
+def fastest(w: LoopArrays) -> float:
+    """Return the scale of the largest velocity."""
+    largest = 0.0
+    for r in range(w.limits.n_q, 2 * w.limits.n_q):
+        largest = max(largest, w.scale[r])
+    return largest

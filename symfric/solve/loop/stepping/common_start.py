@@ -22,6 +22,7 @@ from symfric.solve.loop.codes import COUPLING
 from symfric.solve.loop.modes.layout import backward
 from symfric.solve.loop.precision import EPS, TINY
 from symfric.solve.loop.stepping.calls import expand, prelude
+from symfric.solve.loop.stepping.elimination import solve_in_place
 from symfric.solve.loop.workspace import LoopArrays
 
 _NOTHING = 1e-9  # part of the largest coupling below which turns of directions give no force
@@ -205,7 +206,7 @@ def _solve_idle(w: LoopArrays, n_x: int, order: int) -> None:
         total = 0.0
         for k in range(n):
             total += f.axes[k, f.order[a]] * f.left[k]
-        f.part[a] = total
+        f.turning[a, m] = total
         for b in range(m):
             total = 0.0
             for k in range(n):
@@ -213,20 +214,11 @@ def _solve_idle(w: LoopArrays, n_x: int, order: int) -> None:
                     stiffness = (order + 1) * _along(w, n_x, k, 2) / _bound(w, w.planes.row[k])
                     total += f.axes[k, f.order[a]] * stiffness * f.axes[k, f.order[b]]
             f.turning[a, b] = total
-    for a in range(m):  # positive definite: no exchange of rows
-        for b in range(a + 1, m):
-            factor = f.turning[b, a] / f.turning[a, a]
-            f.part[b] -= factor * f.part[a]
-            for c in range(a, m):
-                f.turning[b, c] -= factor * f.turning[a, c]
-    for a in range(m - 1, -1, -1):
-        for b in range(a + 1, m):
-            f.part[a] -= f.turning[a, b] * f.part[b]
-        f.part[a] /= f.turning[a, a]
+    solve_in_place(f.turning, m, 1)
     for k in range(n):
         f.turn[k] = 0.0
         for a in range(m):
-            f.turn[k] += f.axes[k, f.order[a]] * f.part[a]
+            f.turn[k] += f.axes[k, f.order[a]] * f.turning[a, m]
         if _rubs(w, w.planes.row[k]):
             f.left[k] -= (order + 1) * _along(w, n_x, k, 2) / _bound(w, w.planes.row[k]) * f.turn[k]
     _turn(w, order - 1)

@@ -26,17 +26,17 @@ import numpy as np
 
 from symfric.codegen.numba_types import compiled
 from symfric.lower.planes import STARTS, TURNS
-from symfric.solve.loop.arithmetic import value
-from symfric.solve.loop.codes import COUPLING, FORCES, PULL, SELECT, SLIP, TERMS
+from symfric.solve.loop.codes import COUPLING, FORCES, SELECT, SLIP, TERMS
 from symfric.solve.loop.events.first_event import first_event
 from symfric.solve.loop.modes.layout import backward, forward
-from symfric.solve.loop.modes.tolerances import LAST, instant, natural_time
-from symfric.solve.loop.precision import EPS, ROUNDING, TINY
+from symfric.solve.loop.modes.tolerances import LAST, fastest, instant, natural_time
+from symfric.solve.loop.precision import EPS, ROUNDING
 from symfric.solve.loop.stepping.calls import expand, measure, prelude
 from symfric.solve.loop.stepping.common_start import depend_on_each_other, turn_feet
+from symfric.solve.loop.stepping.elimination import solve_in_place
 from symfric.solve.loop.stepping.singular_start import keep_straight
 from symfric.solve.loop.stepping.start_derivatives import vary_start
-from symfric.solve.loop.stepping.step_acceptance import proven
+from symfric.solve.loop.stepping.start_length import length_of_start
 from symfric.solve.loop.workspace import LoopArrays
 
 # speed, in slips of contacts that stick, at which one on the same bodies has stopped; longest straight line then
@@ -44,10 +44,6 @@ _OF_DRIFT, _LONGEST = 10.0, 1e-10
 _BESIDE_DRIFT = 1e4  # up to which it is held up by these slips, which are made exactly zero,
 _HELD = 4.0 * EPS  # unless they are so already, relative to its terms
 _NEAR = 1e3  # slip, in rounding errors of it, from which on these are told of the present state
-_WITHIN = 0.9  # longest start, as part of the time to the next sample
-# most lengths that are tried for slips to be straight, the next one relative to one that is too long, and most others
-_SHORTENED, _LESS, _TRIALS = 12, 0.7, 40
-_SAMPLES, _FALLEN = 16, 0.5  # places of a start where its slip is looked at; part of its largest to which it may fall
 
 
 @compiled
@@ -78,7 +74,7 @@ def leave_rest(w: LoopArrays, n_x: int, n_c: int) -> float:
     for r in range(w.c.shape[0]):
         for k in range(known + 2, w.c.shape[1]):
             w.c[r, k] = 0.0
-    time = _checked(w, n_x, _length(w, n_x, known + 1))
+    time = length_of_start(w, n_x, known + 1)
     _leave_out(w, np.inf)
     time = first_event(w, n_x, n_c, time, time)
     _leave_out(w, 0.0)
@@ -90,72 +86,6 @@ def leave_rest(w: LoopArrays, n_x: int, n_c: int) -> float:
     if w.limits.varied and time > 0.0:
         vary_start(w, n_x, time)
     return time
-
-
-@compiled
-def _checked(w: LoopArrays, n_x: int, time: float) -> float:
-    """Return how much of a start holds: slips follow their directions, and no later pulse is passed over."""
-    least, longest = np.inf, time
-    for _ in range(_SHORTENED):
-        bend = max(_bend(w, n_x, 0.8 * longest), _bend(w, n_x, longest))
-        if bend < least:
-            least, time = bend, longest
-        if bend <= 1.0:
-            break
-        longest *= _LESS
-    for _ in range(_TRIALS):
-        holds = _lasting(w, n_x, time)
-        if holds == time:
-            break
-        time = holds
-    for _ in range(_TRIALS):
-        holds = proven(w, n_x, time)
-        if holds == time:
-            break
-        time = holds
-    return time
-
-
-@compiled
-def _lasting(w: LoopArrays, n_x: int, time: float) -> float:
-    """Return how much of a start its slips keep to their directions: behind their zero friction would push them on."""
-    for k in range(w.planes.row.size):
-        i, largest = w.planes.row[k], 0.0
-        if w.m[i] != STARTS:
-            continue
-        for n in range(1, _SAMPLES + 1):
-            t = time * n / _SAMPLES
-            e, f, a, b = _slip_after(w, n_x, i, t)
-            slip = e * a + f * b
-            if slip <= _FALLEN * largest:
-                return time * max(n - 1.0, 0.5) / _SAMPLES
-            largest = max(largest, slip)
-    return time
-
-
-@compiled
-def _slip_after(w: LoopArrays, n_x: int, i: int, t: float) -> tuple[float, float, float, float]:
-    """Return the direction and the slip of a contact that starts, after a time t."""
-    order, v, e, f = w.c.shape[1] - 1, w.planes.variable[i], 0.0, 0.0
-    for j in range(TURNS, -1, -1):
-        e, f = e * t + w.m[v + 2 * j], f * t + w.m[v + 2 * j + 1]
-    return e, f, value(w.c[n_x + backward(i)], order, t), value(w.c[n_x + backward(i + 1)], order, t)
-
-
-@compiled
-def _bend(w: LoopArrays, n_x: int, t: float) -> float:
-    """Return the largest velocity of a slip across its direction after a time t, relative to what is accepted."""
-    size, largest = 0.0, 0.0
-    for r in range(w.limits.n_q, 2 * w.limits.n_q):
-        size = max(size, w.scale[r])
-    for k in range(w.planes.row.size):
-        i = w.planes.row[k]
-        if w.m[i] != STARTS:
-            continue
-        e, f, a, b = _slip_after(w, n_x, i, t)
-        rounding = ROUNDING * t * max(w.gauge[PULL, i], w.gauge[PULL, i + 1])
-        largest = max(largest, abs(a * f - b * e) / (w.clock.tolerance * max(size, np.hypot(a, b)) + rounding + TINY))
-    return largest
 
 
 @compiled
@@ -232,20 +162,14 @@ def _turn(w: LoopArrays, n_x: int, order: int) -> None:
         for c in range(n):
             T[k, c] += w.planes.coupling[k, c]
     _turn_together(w, n)
-    for k in range(n):  # the coupling is positive definite: no exchange of rows
+    for k in range(n):
         if T[k, k] == 0.0:  # a contact without friction, whose direction has no effect
             for c in range(n + 1):
                 T[k, c] = 0.0
             T[k, k] = 1.0
-        for r in range(k + 1, n):
-            factor = T[r, k] / T[k, k]
-            for c in range(k, n + 1):
-                T[r, c] -= factor * T[k, c]
-    for k in range(n - 1, -1, -1):
-        total = T[k, n]
-        for c in range(k + 1, n):
-            total -= T[k, c] * w.planes.across[c]
-        w.planes.across[k] = total / T[k, k]
+    solve_in_place(T, n, 1)
+    for k in range(n):
+        w.planes.across[k] = T[k, n]
     for k in range(n):
         i = w.planes.row[k]
         v = w.planes.variable[i]
@@ -283,32 +207,12 @@ def _place(w: LoopArrays, i: int) -> int:
 
 
 @compiled
-def _length(w: LoopArrays, n_x: int, order: int) -> float:
-    """Return how far the series of a start, of this order, is used."""
-    left = w.clock.t_end - w.y[n_x]
-    to_sample = min(left, w.inputs.times[w.counts.segment + 1] - w.y[n_x])
-    time = left
-    for r in range(n_x // (1 + w.limits.varied)):
-        for n in range(order - 1, order + 1):
-            last = abs(w.c[r, n])
-            if last == 0.0:
-                continue
-            own = (w.clock.tolerance * w.scale[r] / last) ** (1.0 / n)
-            for k in range(1, n):
-                own = max(own, (w.clock.tolerance * abs(w.c[r, k]) / last) ** (1.0 / (n - k)))
-            time = min(time, own)
-    return min(time, _WITHIN * to_sample) if to_sample < left else min(time, left)
-
-
-@compiled
 def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
     """Step to the stop of a contact in the plane if it is that near; return whether there was one.
 
     Velocities keep their directions until the modes are selected: they lead to the derivatives of the time of the stop.
     """
-    nature, fastest = natural_time(w), 0.0
-    for r in range(w.limits.n_q, 2 * w.limits.n_q):
-        fastest = max(fastest, w.scale[r])
+    nature, largest = natural_time(w), fastest(w)
     hit, time, measured, held_up = -1, LAST * nature, False, False
     for k in range(w.planes.row.size):
         i = w.planes.row[k]
@@ -319,7 +223,7 @@ def comes_to_rest(w: LoopArrays, n_x: int, n_c: int) -> bool:
         size = max(w.gauge[TERMS, i], w.gauge[TERMS, i + 1])
         depends = w.limits.coupled and w.contacts.depends[i]
         least = _rounding_of_slip(w, i, rate)
-        slow = depends and speed < w.clock.tolerance * max(size, fastest)
+        slow = depends and speed < w.clock.tolerance * max(size, largest)
         if not measured and (speed < _NEAR * least or slow):
             measure(w, w.y, w.gauge)
             measured, least = True, _rounding_of_slip(w, i, rate)

@@ -14,12 +14,10 @@ References
 Hairer and Wanner, Solving Ordinary Differential Equations II, section IV.5: the methods Radau IIA.
 """
 
-import numpy as np
-
-from symfric.codegen.array_table import Matrix
 from symfric.codegen.numba_types import compiled
 from symfric.solve.loop.arithmetic import value
 from symfric.solve.loop.stepping.calls import probe_trial
+from symfric.solve.loop.stepping.elimination import solve_in_place
 from symfric.solve.loop.workspace import LoopArrays
 
 
@@ -38,10 +36,7 @@ def vary_start(w: LoopArrays, n_x: int, time: float) -> None:
             f.equations[a, b] = 0.0
     for i in range(d):
         _equate(w, n_x, i, time)
-    if not _solve(f.equations, n):
-        for r in range(n_y, n_x):
-            w.c[r, 1] = np.nan
-        return
+    solve_in_place(f.equations, n, n_s)
     for s in range(n_s):
         for r in range(n_y):
             row, power = n_y + s * n_y + r, 1.0
@@ -121,30 +116,3 @@ def _observe(w: LoopArrays, n_x: int, time: float) -> None:
                     total += f.inner[k, i] * f.rows[e, i]
             w.c[last + e, k] = total / power if power > 0.0 else 0.0
             power *= time
-
-
-@compiled
-def _solve(equations: Matrix, n: int) -> bool:
-    """Solve n equations with their right sides behind them in place, by elimination; return whether they have one."""
-    for k in range(n):
-        best = k
-        for a in range(k + 1, n):
-            if abs(equations[a, k]) > abs(equations[best, k]):
-                best = a
-        if not abs(equations[best, k]) > 0.0:
-            return False
-        if best != k:
-            for b in range(k, equations.shape[1]):
-                equations[k, b], equations[best, b] = equations[best, b], equations[k, b]
-        for a in range(k + 1, n):
-            factor = equations[a, k] / equations[k, k]
-            if factor != 0.0:
-                for b in range(k + 1, equations.shape[1]):
-                    equations[a, b] -= factor * equations[k, b]
-    for k in range(n - 1, -1, -1):
-        for b in range(n, equations.shape[1]):
-            total = equations[k, b]
-            for a in range(k + 1, n):
-                total -= equations[k, a] * equations[a, b]
-            equations[k, b] = total / equations[k, k]
-    return True
