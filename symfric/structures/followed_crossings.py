@@ -1,7 +1,8 @@
 """Where modes of a large structure, followed over mu, cross the imaginary axis away from zero.
 
-With damping the real part of one eigenvalue passes zero; without, the discriminant of a pair does. Both are found by
-root finding on the full matrices, between values of mu at which the modes are known.
+With damping the real part of one eigenvalue passes zero; without, the discriminant of a pair does, also under
+gyroscopic forces. Both are found by root finding on the full matrices, between values of mu at which the modes are
+known. Two modes that nearly merge may be taken for each other there: `symfric.structures.axis_crossing` decides.
 """
 
 from collections.abc import Callable, Iterator
@@ -11,13 +12,16 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from symfric.search import ROUNDING, Minimum, minimum_near, zero
+from symfric.structures.axis_crossing import axis_crossing
 from symfric.structures.complex_modes import eigenpairs
 from symfric.structures.structure import Structure
 from symfric.structures.tracking import Followed, assurance
 
 _NEUTRAL = 1e-5  # of an eigenvalue: a real part that a merging pair may have through rounding
 _ROUNDING = 8 * np.finfo(float).eps  # of the terms that cancel in an eigenvalue: growth, or decay, that is rounding
+_ODD = 1e-13  # of the largest entry: asymmetry that is rounding
 _EQUAL = 1e-9  # of the largest squared frequency: difference of two that is rounding
+_BESIDE = 1e-6  # of a step of mu: how far beside it a crossing may be
 _OFF = 1e-4  # relative distance of a shift from the mean frequency of a pair, which may be an eigenvalue itself
 _TURN = 0.5  # of its neighbours: least discriminant, or decay, that may hide a change of sign between the grid
 
@@ -55,7 +59,7 @@ class FollowedSearch:
     """The search for changes of stability along followed modes."""
 
     def __init__(self, structure: Structure, seen: Followed):
-        self.structure, self.seen, self.damped = structure, seen, structure.C is not None
+        self.structure, self.seen, self.damped = structure, seen, _damped(structure)
         self.size = float(np.max(np.abs(seen.values))) or 1.0
 
     def over(self) -> list[tuple[Critical, bool]]:
@@ -87,7 +91,7 @@ class FollowedSearch:
                     root = _passage(growth_of, low, high, floor)
                     if root is not None:
                         omega = float(np.mean(np.sqrt(self._pair(i, j, k, root)).real))
-                        changes.append((Critical(root, omega, (min(i, j), max(i, j))), begins))
+                        changes += self._sharpened(root, 1j * omega, (low, high), (min(i, j), max(i, j)), begins)
         return changes
 
     def _floors(self, k: int) -> np.ndarray:
@@ -113,16 +117,28 @@ class FollowedSearch:
     def _crossing(
         self, i: int, k: int, low: float, high: float, begins: bool, floor: float
     ) -> list[tuple[Critical, bool]]:
+        """Return where mode i crosses the axis between two values of mu."""
         root = _passage(lambda e: self._value(i, k, e).real, low, high, floor)
-        if root is None:
-            return []
+        root = 0.5 * (low + high) if root is None else root
         value = self._value(i, k, root)
-        if value.imag <= _NEUTRAL * self.size or abs(value.real) > _NEUTRAL * value.imag:
-            return []  # divergence, or a step from one eigenvalue to another
+        if value.imag <= _NEUTRAL * self.size:
+            return []  # divergence
         others = np.abs(self.seen.values[:, k].imag - value.imag)
         others[i] = np.inf
         partner = int(np.argmin(others)) if others.size > 1 else i
-        return [(Critical(root, abs(value.imag), (i, partner)), begins)]
+        return self._sharpened(root, value, (low, high), (i, partner), begins)
+
+    def _sharpened(
+        self, mu: float, value: complex, span: tuple[float, float], modes: tuple[int, int], begins: bool
+    ) -> list[tuple[Critical, bool]]:
+        """Return the crossing next to an eigenvalue within these values of mu, if it is of the kind that was seen."""
+        shape = eigenpairs(self.structure.pencil(mu), 1, value)[1][:, 0]
+        slack = _BESIDE * (span[1] - span[0])
+        low, high = max(span[0] - slack, self.seen.mu[0]), min(span[1] + slack, self.seen.mu[-1])
+        found = axis_crossing(self.structure, mu, value.imag, shape, (float(low), float(high)))
+        if found is None or found.begins != begins:
+            return []
+        return [(Critical(found.mu, found.omega, modes), begins)]
 
     def _hidden(self, i: int, k: int, floor: float) -> list[tuple[Critical, bool]]:
         """Return growth that begins and ends beside grid point k, where the decay of mode i is least."""
@@ -203,6 +219,14 @@ class FollowedSearch:
                 a, b, c = ((squares[i, e] - squares[j, e]) ** 2 for e in (k - 1, k, k + 1))
                 if a >= b <= c and max(a, c) > b and b < _TURN * min(a, c) and b > (_EQUAL * self.size**2) ** 2:
                     yield i, j, k
+
+
+def _damped(s: Structure) -> bool:
+    """Whether modes can decay: not under gyroscopic forces with a potential."""
+    if s.C is None:
+        return False
+    parts = (s.C + s.C.T, s.C), (s.stiffness(1.0) - s.stiffness(1.0).T, s.stiffness(1.0))
+    return any(float(abs(odd).max()) > _ODD * float(abs(whole).max()) for odd, whole in parts)
 
 
 def _passage(growth: Callable[[float], float], low: float, high: float, floor: float) -> float | None:

@@ -106,13 +106,13 @@ def test_stops_sticks_and_releases_are_the_limit_of_regularised_friction(law):
     force = [0.43 * sp.cos(1.7 * t) - 0.02 * x, 0.08 * sp.sin(1.1 * t) - 0.02 * y + 0.01 * x]
     chosen = LAWS[law] if law == "constant" else sf.laws.custom(0.3 + 0.2 * sf.SPEED / (1 + sf.SPEED), mu_s=0.3)
     mu = (lambda v: 0.3) if law == "constant" else (lambda v: 0.3 + 0.2 * v / (1 + v))
-    run = sf.simulate(block(force, start, 7.0, ellipse, law=chosen), tolerance=1e-11).checked()
+    run = sf.simulate(block(force, start, 7.5, ellipse, law=chosen), tolerance=1e-11).checked()
     assert {e.kind for e in run.events} == {"stick", "slip"}
 
     def applied(t, s):
         return np.array([0.43 * math.cos(1.7 * t) - 0.02 * s[0], 0.08 * math.sin(1.1 * t) - 0.02 * s[1] + 0.01 * s[0]])
 
-    apart = [np.max(np.abs(by_hand(applied, start, 7.0, ellipse, mu, 0.3, eps) - run.final)) for eps in (5e-3, 5e-4)]
+    apart = [np.max(np.abs(by_hand(applied, start, 7.5, ellipse, mu, 0.3, eps) - run.final)) for eps in (5e-3, 5e-4)]
     assert 4 * apart[1] < apart[0] < 2e-2
     assert run.energy_residual() < 1e-9
 

@@ -41,6 +41,28 @@ def test_slow_starts_take_few_steps(seed, tolerance):
     assert taken < 60 + 50 * events
 
 
+def touched(turn):
+    """Return a block whose force touches its bound tangentially at the start, with axes turned by an angle."""
+    along, across = 0.3 * sp.cos(t), 0.5 * sp.sin(1.3 * t)
+    force = [along * np.cos(turn) - across * np.sin(turn), along * np.sin(turn) + across * np.cos(turn)]
+    contact = sf.Contact("table", (u, w), 1, sf.laws.coulomb(0.3))
+    start = dict.fromkeys((x, y, u, w), 0.0)
+    return sf.Scene(sf.System([x, y], [u, w], sp.eye(2), force), [contact], {}, start, 5.0, {"end": sf.End()})
+
+
+def test_a_start_where_the_force_touches_its_bound_takes_few_steps():
+    """The part of the slip across begins with a higher power of time than that along; in turned axes neither does."""
+    turned = np.array([[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]])
+    exact = sf.simulate(touched(0.0), tolerance=1e-12).checked()
+    assert exact.stats["steps"] < 10_000
+    for tolerance, most in ((1e-6, 200), (1e-8, 600), (1e-10, 2500)):
+        for turn, axes in ((0.0, np.eye(2)), (0.7, turned)):
+            run = sf.simulate(touched(turn), tolerance=tolerance).checked()
+            assert run.stats["steps"] < most
+            got = np.concatenate([axes @ run.final[:2], axes @ run.final[2:]])
+            assert got == pytest.approx(exact.final, abs=max(0.1 * tolerance, 1e-11))
+
+
 # -- a body on a base that turns, in its frame and in the frame at rest
 
 a, b, c, k, mu = sp.symbols("a b c k mu", positive=True)

@@ -208,3 +208,17 @@ def test_steps_over_which_shapes_turn_are_halved_within_the_range(n):
     for k, mu in enumerate(found.mu):
         exact = np.sqrt(np.linalg.eigvals((s.K + mu * s.friction).toarray()).real)
         assert np.max(np.min(np.abs(found.eigenvalues[:, k].imag[:, None] - exact), axis=1)) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("seed", "n", "span", "modes"),
+    [
+        (57, 62, (0.0, 0.03125), (20, 10.0)),  # the growing mode and the one it nearly merged with take turns
+        (52, 79, (0.59375, 0.65625), (20, 10.0)),  # a mode is taken for another one that begins to grow
+    ],
+)
+def test_modes_taken_for_each_other_are_no_loss_of_stability(seed, n, span, modes):
+    s, (count, near) = large_structure(seed, n, KINDS[seed % len(KINDS)]), modes
+    exact, wrong = differences(s, st.flutter(s, span, count=count, near=near, grid=5), *span, 5)
+    assert exact
+    assert wrong == []

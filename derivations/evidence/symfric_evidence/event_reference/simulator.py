@@ -20,6 +20,7 @@ _GRID = np.linspace(0.0, 1.0, 13)  # grid on a step at which guards are evaluate
 _FIRST = np.concatenate([[0.0], 2.0 ** np.arange(-40, -4), _GRID[1:]])
 _CHANGE = 1.0  # of the argument of a feature over a step; and this part of the argument itself:
 _PART = 0.5
+_WORTH = 1e-6  # of the time to an event: shortest step whose motion is that near it
 _LEAVES = 4.0  # multiple of that at which a kink that rested has left zero
 _ZERO = 1e-13, 1e-12  # of the largest slip and of the largest guard of a kink so far: what counts as zero
 
@@ -252,12 +253,17 @@ class _Motion:
             self.x[:, k] = self._stepped(t, y, self.times[k], rate)(self.times[k])
 
     def _stepped(self, t: float, y: np.ndarray, end: float, rate: Rate) -> Dense:
-        """Return the motion near a time inside a step by a step that ends there, where it holds the tolerance."""
-        solver = DOP853(rate, t, y, end, first_step=end - t, rtol=self.tolerance, atol=self.atol)
+        """Return the motion near a time inside a step by a step that ends there, where it holds the tolerance.
+
+        A last step of rounding has no motion beside it: that of the step before goes on.
+        """
+        solver, dense = DOP853(rate, t, y, end, first_step=end - t, rtol=self.tolerance, atol=self.atol), None
         while solver.status == "running":
             if solver.step():
                 raise GaveUp(f"the step collapsed at t = {t:.17g}")
-        return solver.dense_output()
+            if dense is None or solver.step_size > _WORTH * (end - t):
+                dense = solver.dense_output()
+        return dense
 
     def _zero(self, mode: SmoothMode, row: int = -1) -> list[bool]:
         """Return which slips and guards of kinks are zero where a guard ends the mode."""
