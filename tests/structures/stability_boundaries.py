@@ -113,6 +113,12 @@ def changes(s, low, high, points, neutral):
     return sorted(found)
 
 
+def neutral_to_rounding(s, mu, omega):
+    """Whether the growth of the eigenvalue next to ``i omega`` is no more than the error of eigenvalues."""
+    values = spectrum(s, mu)
+    return abs(values[np.argmin(np.abs(values - 1j * omega))].real) < 1e-15 * np.max(np.abs(values))
+
+
 def differences(s, found, low, high, points=300, neutral=None, known=lambda mu, omega: True):
     """Return what the count says and `found` does not, and the other way round; `known`: which flutter has to be found."""
     if neutral is None:
@@ -124,7 +130,8 @@ def differences(s, found, low, high, points=300, neutral=None, known=lambda mu, 
     for mu, omega, change in exact:
         near = 1e-3 * min(size, 10 * omega + 1)
         still = abs(change) == 1
-        here = [p for p in said if abs(p[0] - mu) <= width and np.sign(p[2]) == np.sign(change)]
+        here = [p for p in said if abs(p[0] - mu) <= 100 * width and np.sign(p[2]) == np.sign(change)]
+        here = [p for p in here if abs(p[0] - mu) <= width or neutral_to_rounding(s, *p[:2])]
         if not any(
             p[3] == ("divergence" if still else "flutter") and abs(p[1] - (0 if still else omega)) <= near for p in here
         ):
