@@ -22,7 +22,7 @@ _ROUNDING = 8 * np.finfo(float).eps  # of the terms that cancel in an eigenvalue
 _ODD = 1e-13  # of the largest entry: asymmetry that is rounding
 _EQUAL = 1e-9  # of the largest squared frequency: difference of two that is rounding
 _BESIDE = 1e-6  # of a step of mu: how far beside it a crossing may be
-_OFF = 1e-4  # relative distance of a shift from the mean frequency of a pair, which may be an eigenvalue itself
+_OFF = 1e-4  # relative distance of a shift from what may be an eigenvalue itself
 _TURN = 0.5  # of its neighbours: least discriminant, or decay, that may hide a change of sign between the grid
 
 
@@ -132,7 +132,7 @@ class FollowedSearch:
         self, mu: float, value: complex, span: tuple[float, float], modes: tuple[int, int], begins: bool
     ) -> list[tuple[Critical, bool]]:
         """Return the crossing next to an eigenvalue within these values of mu, if it is of the kind that was seen."""
-        shape = eigenpairs(self.structure.pencil(mu), 1, value)[1][:, 0]
+        shape = eigenpairs(self.structure.pencil(mu), 1, value * (1 + _OFF))[1][:, 0]
         slack = _BESIDE * (span[1] - span[0])
         low, high = max(span[0] - slack, self.seen.mu[0]), min(span[1] + slack, self.seen.mu[-1])
         found = axis_crossing(self.structure, mu, value.imag, shape, (float(low), float(high)))
