@@ -17,7 +17,7 @@ from symfric.structures.complex_modes import eigenpairs
 from symfric.structures.structure import Structure
 from symfric.structures.tracking import Followed, assurance
 
-_NEUTRAL = 1e-5  # of an eigenvalue: a real part that a merging pair may have through rounding
+_NEUTRAL = 1e-5  # of an eigenvalue: a real part, or of squares a difference, that a merging pair has by rounding
 _ROUNDING = 8 * np.finfo(float).eps  # of the terms that cancel in an eigenvalue: growth, or decay, that is rounding
 _ODD = 1e-13  # of the largest entry: asymmetry that is rounding
 _EQUAL = 1e-9  # of the largest squared frequency: difference of two that is rounding
@@ -187,7 +187,10 @@ class FollowedSearch:
         root = _root(lambda e: self._discriminant(i, j, stable, e), low, high)
         if root is None:
             return []
-        mean = float(np.mean(self._pair(i, j, stable, root).real))
+        one, other = self._pair(i, j, stable, root)
+        if abs(one - other) > _NEUTRAL * self.size**2:
+            return []  # not a pair: the square of a difference may be imaginary as well
+        mean = 0.5 * float((one + other).real)
         return [(Critical(root, float(np.sqrt(max(mean, 0.0))), (min(i, j), max(i, j))), begins)]
 
     def _short_changes(self, growing: np.ndarray) -> list[tuple[Critical, bool]]:

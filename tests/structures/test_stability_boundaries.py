@@ -214,6 +214,7 @@ def test_steps_over_which_shapes_turn_are_halved_within_the_range(n):
     ("seed", "n", "span", "modes"),
     [
         (57, 62, (0.0, 0.03125), (20, 10.0)),  # the growing mode and the one it nearly merged with take turns
+        (82, 74, (0.046875, 0.09375), (10, 11.0)),  # a mode passes one of a pair that grows already
         (52, 79, (0.59375, 0.65625), (20, 10.0)),  # a mode is taken for another one that begins to grow
     ],
 )
