@@ -46,6 +46,17 @@ def test_a_motion_that_begins_late_is_the_same(which):
         assert late.final == pytest.approx(early.final, abs=1e-8 + 1e3 * np.spacing(begin))
 
 
+def lasting_sticks(run):
+    """Return how many sticks last: a slip that only turns fast may be seen to stop for less than the error of its time."""
+    began, count = {}, 0
+    for e in run.events:
+        if e.kind == "stick":
+            began[e.contact] = e.t
+        elif e.contact in began:
+            count += e.t - began.pop(e.contact) > 1e-8
+    return count
+
+
 @pytest.mark.parametrize(
     ("frequency", "speed", "mu"), [(1.3, 1.2, 0.5), pytest.param(3.1, 1.2, 0.9, marks=pytest.mark.long)]
 )
@@ -55,7 +66,7 @@ def test_small_slips_about_another_foot_end_late_in_a_run(frequency, speed, mu):
     rough, *fine = (sf.simulate(scene, tolerance=tolerance).checked() for tolerance in (1e-6, 1e-9, 1e-10))
     assert fine[0].final == pytest.approx(fine[1].final, abs=1e-8)
     assert rough.final == pytest.approx(fine[1].final, abs=1e-5)
-    assert len(fine[0].events) == len(fine[1].events) > 300
+    assert lasting_sticks(fine[0]) == lasting_sticks(fine[1]) > 150
 
 
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
