@@ -263,6 +263,7 @@ class _Motion:
                 raise GaveUp(f"the step collapsed at t = {t:.17g}")
             if dense is None or solver.step_size > _WORTH * (end - t):
                 dense = solver.dense_output()
+        assert dense is not None  # there was a step
         return dense
 
     def _zero(self, mode: SmoothMode, row: int = -1) -> list[bool]:
