@@ -20,9 +20,7 @@ import scipy.sparse.linalg as spla
 from symfric.structures.structure import Structure
 
 _MOST = 25  # steps of Newton's method
-_STEADY = (
-    1e-10  # last step relative to the values, that still has to be made; the next one is of the size of its square
-)
+_STEADY = 1e-10  # last step, relative to the range and the frequency; the next would be of the size of its square
 _NEUTRAL = 1e-12  # of the frequency: change of the decay over the whole range that is rounding
 
 
