@@ -17,6 +17,8 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from symfric.scalars import binary
+
 LEAST = 8  # breaks from which a Piecewise is looked up; with fewer, a switch for each costs less
 
 
@@ -72,4 +74,4 @@ def _chosen(sides: Sequence[tuple[ca.SX, ca.SX]], entries: Sequence[ca.SX]) -> c
         return entries[0]
     half, (above, below) = len(entries) // 2, sides[0]
     low, high = _chosen(sides[1:], entries[:half]), _chosen(sides[1:], entries[half:])
-    return ca.SX.binary(ca.OP_IF_ELSE_ZERO, above, high) + ca.SX.binary(ca.OP_IF_ELSE_ZERO, below, low)
+    return binary(ca.OP_IF_ELSE_ZERO, above, high) + binary(ca.OP_IF_ELSE_ZERO, below, low)

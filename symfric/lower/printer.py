@@ -5,7 +5,7 @@ guard that stays positive as long as the sign is right. Every printed expression
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 
@@ -21,6 +21,7 @@ from symfric.model.alternations import Alternation, alternations_of
 from symfric.model.numeric import gauss_legendre
 from symfric.model.symbols import TIME
 from symfric.model.tables import Table, table_of
+from symfric.scalars import binary
 
 _UNARY: dict[type, Callable[[ca.SX], ca.SX]] = {
     sp.exp: ca.exp,
@@ -193,7 +194,7 @@ class Printer:
             symbols = {**self.symbols, variable: start + width * float(node)}
             nodes = (*self.nodes, (variable, low, high, float(node)))
             show = Printer(symbols, moving, self.switches, self.scope, nodes, dict(fixed))
-            terms.append(ca.SX.binary(ca.OP_MUL, ca.SX(weight), show(integral.function)))
+            terms.append(binary(ca.OP_MUL, weight, show(integral.function)))
         return width * _sum(terms)
 
     def _switch(self, quantity: ca.SX, *parts: sp.Expr, guard: Callable[[ca.SX], ca.SX] | None = None) -> ca.SX:
@@ -336,18 +337,17 @@ def _without(variable: sp.Symbol, e: sp.Basic) -> tuple[sp.Expr, ...]:
     return tuple(part for a in e.args for part in _without(variable, a))
 
 
-def _sum(terms: list[ca.SX]) -> ca.SX:
+def _sum(terms: Sequence[ca.SX]) -> ca.SX:
     result = terms[0]
     for term in terms[1:]:
-        # same as ``+`` but faster, since no other operand types are tried
-        result = ca.SX.binary(ca.OP_ADD, result, term)
+        result = binary(ca.OP_ADD, result, term)
     return result
 
 
-def _fold(factors: list[ca.SX]) -> ca.SX:
+def _fold(factors: Sequence[ca.SX]) -> ca.SX:
     result = ca.SX(1)
     for factor in factors:
-        result = ca.SX.binary(ca.OP_MUL, result, factor)
+        result = binary(ca.OP_MUL, result, factor)
     return result
 
 

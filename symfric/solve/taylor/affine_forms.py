@@ -13,8 +13,9 @@ from typing import Any
 import casadi as ca
 
 from symfric.codegen.instructions import ENTIRE, Node, read
+from symfric.scalars import Scalar, applied, if_else, scalar
 
-_ONE = ca.SX(1)
+_ONE, _ZERO = scalar(1), scalar(0)
 _MOST = 4  # most terms of a sum that is repeated where it is used; a longer one is computed once
 
 
@@ -22,14 +23,14 @@ _MOST = 4  # most terms of a sum that is repeated where it is used; a longer one
 class _Form:
     """An affine form: fixed factor, coefficients by the index of their atom, and fixed part."""
 
-    terms: dict[int, ca.SX]
-    rest: ca.SX
-    factor: ca.SX
+    terms: dict[int, Scalar]
+    rest: Scalar
+    factor: Scalar
 
-    def times(self, factor: ca.SX) -> "_Form":
+    def times(self, factor: Scalar) -> "_Form":
         return _Form(self.terms, self.rest, self.factor * factor)
 
-    def spread(self) -> tuple[dict[int, ca.SX], ca.SX]:
+    def spread(self) -> tuple[dict[int, Scalar], Scalar]:
         """Return coefficients and fixed part, multiplied by the factor."""
         return {a: c * self.factor for a, c in self.terms.items()}, self.rest * self.factor
 
@@ -37,7 +38,7 @@ class _Form:
         (terms, rest), (others, more) = self.spread(), other.spread()
         for a, c in others.items():
             terms[a] = terms[a] + c if a in terms else c
-        return _Form({a: c for a, c in terms.items() if not c.is_zero()}, rest + more, ca.SX(1))
+        return _Form({a: c for a, c in terms.items() if not c.is_zero()}, rest + more, _ONE)
 
 
 def gathered(field: ca.Function) -> ca.Function:
@@ -83,18 +84,18 @@ class _Gathering:
     """The affine forms of the nodes read so far."""
 
     def __init__(self, arguments: list[ca.SX]) -> None:
-        self._arguments = arguments
+        self._arguments = [[scalar(e) for e in ca.vertsplit(a)] if a.numel() else [] for a in arguments]
         self._forms: list[_Form] = []
-        self._atoms: list[ca.SX] = []
+        self._atoms: list[Scalar] = []
         self._entire: list[bool] = []
         self._whole_of: dict[int, int] = {}  # atoms that stand for whole nodes, by the identity of their terms
         self._made: dict[tuple[Any, ...], _Form] = {}  # products and quotients by their atoms
 
-    def value(self, i: int) -> ca.SX:
+    def value(self, i: int) -> Scalar:
         """Return node i as an expression."""
         return self._sum(*self._forms[i].spread())
 
-    def _sum(self, terms: dict[int, ca.SX], rest: ca.SX) -> ca.SX:
+    def _sum(self, terms: dict[int, Scalar], rest: Scalar) -> Scalar:
         total = None
         for a, c in terms.items():
             term = self._atoms[a] if c.is_one() else c * self._atoms[a]
@@ -121,18 +122,18 @@ class _Gathering:
 
     def _form(self, node: Node) -> _Form:
         if node.number is not None:
-            return _fixed(ca.SX(node.number))
+            return _fixed(scalar(node.number))
         if node.place is not None:
             symbol = self._arguments[node.place[0]][node.place[1]]
             return self._new(symbol, entire=True) if node.moves else _fixed(symbol)
         parts = [self._forms[i] for i in node.args]
         if not node.moves:
-            return _fixed(_apply(node.op, [f.rest for f in parts]))  # fixed nodes have the factor 1
+            return _fixed(applied(node.op, [f.rest for f in parts]))  # fixed nodes have the factor 1
         if node.op in (ca.OP_ADD, ca.OP_SUB):
             left, right = (self._short(i) for i in node.args)
-            return left.plus(right if node.op == ca.OP_ADD else right.times(ca.SX(-1)))
+            return left.plus(right if node.op == ca.OP_ADD else right.times(scalar(-1)))
         if node.op in (ca.OP_NEG, ca.OP_TWICE):
-            return self._short(node.args[0]).times(ca.SX(-1 if node.op == ca.OP_NEG else 2))
+            return self._short(node.args[0]).times(scalar(-1 if node.op == ca.OP_NEG else 2))
         if node.op in (ca.OP_ASSIGN, ca.OP_LIFT):
             return parts[0]
         if node.op == ca.OP_MUL and not all(f.terms for f in parts):
@@ -148,16 +149,16 @@ class _Gathering:
         """Return an operation on whole nodes; fixed factors of products and quotients are extracted."""
         if node.op in (ca.OP_MUL, ca.OP_SQ, ca.OP_DIV):
             factors, atoms = zip(*(self._factor(i) for i in node.args), strict=True)
-            factor = factors[0] * factors[0] if node.op == ca.OP_SQ else _apply(node.op, list(factors))
+            factor = factors[0] * factors[0] if node.op == ca.OP_SQ else applied(node.op, list(factors))
             key = ("/", *atoms) if node.op == ca.OP_DIV else ("*", *sorted((*atoms, *atoms)[:2]))
             if key not in self._made:
                 entire = node.op != ca.OP_DIV and all(self._entire[a] for a in atoms)
-                self._made[key] = self._new(_apply(node.op, [self._atoms[a] for a in atoms]), entire)
+                self._made[key] = self._new(applied(node.op, [self._atoms[a] for a in atoms]), entire)
             return self._made[key].times(factor)
         entire = node.op in ENTIRE and all(self._entire[a] for i in node.args for a in self._forms[i].terms)
-        return self._new(_apply(node.op, [self.value(i) for i in node.args]), entire)
+        return self._new(applied(node.op, [self.value(i) for i in node.args]), entire)
 
-    def _factor(self, i: int) -> tuple[ca.SX, int]:
+    def _factor(self, i: int) -> tuple[Scalar, int]:
         """Return node i as a fixed factor times an atom."""
         form = self._forms[i]
         if len(form.terms) == 1 and form.rest.is_zero():
@@ -177,23 +178,17 @@ class _Gathering:
     def _short(self, i: int) -> _Form:
         """Return the form of node i, as a single atom if it is long."""
         form = self._forms[i]
-        return form if len(form.terms) <= _MOST else _Form({self._whole(i): ca.SX(1)}, ca.SX(0), form.factor)
+        return form if len(form.terms) <= _MOST else _Form({self._whole(i): _ONE}, _ZERO, form.factor)
 
-    def _chosen(self, condition: ca.SX, form: _Form) -> _Form:
+    def _chosen(self, condition: Scalar, form: _Form) -> _Form:
         terms, rest = form.spread()
-        return _Form(
-            {a: ca.if_else(condition, c, 0) for a, c in terms.items()}, ca.if_else(condition, rest, 0), ca.SX(1)
-        )
+        return _Form({a: if_else(condition, c, 0) for a, c in terms.items()}, if_else(condition, rest, 0), _ONE)
 
-    def _new(self, value: ca.SX, entire: bool) -> _Form:
+    def _new(self, value: Scalar, entire: bool) -> _Form:
         self._atoms.append(value)
         self._entire.append(entire)
-        return _Form({len(self._atoms) - 1: ca.SX(1)}, ca.SX(0), ca.SX(1))
+        return _Form({len(self._atoms) - 1: _ONE}, _ZERO, _ONE)
 
 
-def _fixed(value: ca.SX) -> _Form:
+def _fixed(value: Scalar) -> _Form:
     return _Form({}, value, _ONE)
-
-
-def _apply(op: int, values: list[ca.SX]) -> ca.SX:
-    return ca.SX.unary(op, *values) if len(values) == 1 else ca.SX.binary(op, *values)

@@ -3,6 +3,7 @@
 import casadi as ca
 
 from symfric.codegen.instructions import Node
+from symfric.scalars import applied
 
 
 class Fixed:
@@ -31,8 +32,7 @@ class Fixed:
             return ca.SX(node.number)
         if node.place is not None:
             return self._sources[node.place[0]][node.place[1]]
-        args = [self._expr[a] for a in node.args]
-        return ca.SX.unary(node.op, *args) if len(args) == 1 else ca.SX.binary(node.op, *args)
+        return applied(node.op, [self._expr[a] for a in node.args])
 
     def value(self, i: int) -> ca.SX | None:
         """Return node i as a number or an entry of aux; None if it is exactly zero."""

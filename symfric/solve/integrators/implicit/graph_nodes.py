@@ -4,6 +4,8 @@ from collections.abc import Sequence
 
 import casadi as ca
 
+from symfric.scalars import applied
+
 
 def nodes_given(places: ca.SX, graphs: ca.SX, out: Sequence[ca.SX]) -> list[ca.SX]:
     """Return expressions in which some parts are other graphs.
@@ -44,10 +46,8 @@ def nodes_given(places: ca.SX, graphs: ca.SX, out: Sequence[ca.SX]) -> list[ca.S
             work[into[0]] = free[of[0]]
         elif kind == ca.OP_CONST:
             work[into[0]] = ca.SX(program.instruction_constant(k))
-        elif len(of) == 1:
-            work[into[0]] = ca.SX.unary(kind, work[of[0]])
         else:
-            work[into[0]] = ca.SX.binary(kind, work[of[0]], work[of[1]])
+            work[into[0]] = applied(kind, [work[i] for i in of])
     result, first = [], n
     for e in out:
         result.append(ca.reshape(ca.vertcat(*entries[first : first + e.numel()]), e.shape) if e.numel() else ca.SX(e))

@@ -18,7 +18,7 @@ def solve_in_place(equations: Matrix, n: int, sides: int) -> None:
             if abs(equations[a, k]) > abs(equations[best, k]):
                 best = a
         if not abs(equations[best, k]) > 0.0:
-            equations[:n, n:] = np.nan
+            equations[:n, n : n + sides] = np.nan
             return
         if best != k:
             for b in range(k, n + sides):

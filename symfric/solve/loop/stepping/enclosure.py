@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterable
 import casadi as ca
 
 from symfric.codegen.instructions import ENTIRE, Node, read
+from symfric.scalars import Scalar, applied, fabs, fmax, if_else, scalar
 from symfric.solve.loop.stepping.operation_bounds import Range, judged, operation, within
 from symfric.solve.loop.stepping.trend_bounds import Trend, narrowed, squared_under_roots, trend_of
 
@@ -41,22 +42,22 @@ def degrees(nodes: list[Node]) -> list[int]:
     return of_nodes
 
 
-def _degree(node: Node, values: Range, degree: dict[int, ca.SX]) -> ca.SX:
+def _degree(node: Node, values: Range, degree: dict[int, Scalar]) -> Scalar:
     """Return the degree over the intervals: the relative change of what keeps its sign and size, at most 1.
 
     Factors and terms that a mode sets to zero, and coefficients that hardly change, add nothing to a degree.
     """
     if not node.moves:
-        return ca.SX(0)
-    own = ca.SX(1)
+        return scalar(0)
+    own = scalar(1)
     if node.op in (ca.OP_MUL, ca.OP_SQ):
-        own = (2 if node.op == ca.OP_SQ else 1) * sum((degree[a] for a in node.args), ca.SX(0))
+        own = (2 if node.op == ca.OP_SQ else 1) * sum((degree[a] for a in node.args), scalar(0))
     elif node.op in ENTIRE and node.op not in (ca.OP_SIN, ca.OP_COS):
         for a in node.args:
-            own = ca.fmax(own, degree[a])
+            own = fmax(own, degree[a])
     change = 2 * values.spread / values.smallest
-    own = ca.if_else(within(values.smallest, values.largest), ca.if_else(change < 1, change, 1), own)
-    return ca.if_else(values.spread > 0, own, 0)
+    own = if_else(within(values.smallest, values.largest), if_else(change < 1, change, 1), own)
+    return if_else(values.spread > 0, own, 0)
 
 
 def hiding(nodes: list[Node], order: int) -> list[bool]:
@@ -100,6 +101,7 @@ def unseen(
         are powers of the motion's rows, of one degree less, times derivatives.
     """
     box = ca.SX.sym("box", 3 * (n_x + 1))
+    given = [scalar(e) for e in ca.vertsplit(box)]
     needed = _ancestors(nodes, wanted)
     small = squared_under_roots(nodes) & needed
     trending = _ancestors(nodes, small)
@@ -108,23 +110,23 @@ def unseen(
     judging = needed if powers_of is None else needed & _ancestors(nodes, powers_of)
     rated = _ancestors(nodes, [i for i in judging if high[i]])
     ranges: dict[int, Range] = {}
-    degree: dict[int, ca.SX] = {}
+    degree: dict[int, Scalar] = {}
     for i in sorted(needed):
         node = nodes[i]
         if not node.moves:
             value = fixed(i)
-            ranges[i] = Range(ca.SX(0) if value is None else ca.SX(value))
+            ranges[i] = Range(scalar(0 if value is None else value))
         elif node.place is not None:
             k = node.place[1] if node.place[0] == 0 else n_x
-            ranges[i] = Range(box[k], box[n_x + 1 + k])
+            ranges[i] = Range(given[k], given[n_x + 1 + k])
             if i in trending:
-                slope = box[2 * (n_x + 1) + k]
-                trends[i] = Trend(slope, ca.fmax(ranges[i].spread - ca.fabs(slope), 0))
+                slope = given[2 * (n_x + 1) + k]
+                trends[i] = Trend(slope, fmax(ranges[i].spread - fabs(slope), 0))
         else:
-            given = [ranges[a] for a in node.args]
-            ranges[i] = operation(node.op, given)
+            of_args = [ranges[a] for a in node.args]
+            ranges[i] = operation(node.op, of_args)
             if i in trending:
-                trends[i] = trend_of(node.op, given, [trends.get(a) for a in node.args], ranges[i])
+                trends[i] = trend_of(node.op, of_args, [trends.get(a) for a in node.args], ranges[i])
             if i in small:
                 ranges[i] = narrowed(ranges[i], trends[i])
         if i in rated:
@@ -136,20 +138,20 @@ def unseen(
     return box, ca.vertcat(*(ca.SX(0) if e is None else e for e in bounds)), ca.vertcat(*(sizes[i] for i in wanted))
 
 
-def _magnitudes(nodes: list[Node], needed: list[int], ranges: dict[int, Range]) -> dict[int, ca.SX]:
+def _magnitudes(nodes: list[Node], needed: list[int], ranges: dict[int, Range]) -> dict[int, Scalar]:
     """Return of every node the scale of its rounding: its largest magnitude, and what cancelled in it.
 
     What cancelled in the arguments reaches a product, quotient or root by its slopes.
     """
-    cancelled: dict[int, ca.SX] = {}  # not there: nothing
-    sizes: dict[int, ca.SX] = {}
+    cancelled: dict[int, Scalar] = {}  # not there: nothing
+    sizes: dict[int, Scalar] = {}
     for i in needed:
         op, a, largest = nodes[i].op, nodes[i].args, ranges[i].largest
         lost = [cancelled.get(k) for k in a]
         if not nodes[i].moves or op not in _PASSING or (op not in _SUMS and not any(e is not None for e in lost)):
             sizes[i] = largest
             continue
-        passed = lambda k, slope: ca.SX(0) if lost[k] is None else lost[k] * slope  # noqa: B023, E731
+        passed = lambda k, slope: scalar(0) if lost[k] is None else lost[k] * slope  # noqa: B023, E731
         if op in _SUMS:
             cancelled[i] = sizes[a[0]] + sizes[a[1]] - largest
         elif op == ca.OP_MUL:
@@ -163,9 +165,9 @@ def _magnitudes(nodes: list[Node], needed: list[int], ranges: dict[int, Range]) 
             cancelled[i] = passed(0, 1 / ranges[a[0]].smallest ** 2)
         elif op == ca.OP_SQRT:
             root = ranges[i].smallest
-            cancelled[i] = passed(0, ca.if_else(root > 0, 0.5 / root, 0))
+            cancelled[i] = passed(0, if_else(root > 0, 0.5 / root, 0))
         elif op == ca.OP_IF_ELSE_ZERO:
-            cancelled[i] = ca.if_else(ranges[a[0]].middle, passed(1, 1), 0)
+            cancelled[i] = if_else(ranges[a[0]].middle, passed(1, 1), 0)
         else:
             cancelled[i] = passed(0, 2 if op == ca.OP_TWICE else 1)
         sizes[i] = largest + cancelled[i]
@@ -194,8 +196,7 @@ def unseen_by(field: ca.Function, order: int) -> ca.Function | None:
         elif node.place is not None and not node.moves:
             values[i] = given[node.place[0]][node.place[1]]
         elif not node.moves:
-            a = [values[j] for j in node.args]
-            values[i] = ca.SX.unary(node.op, *a) if len(a) == 1 else ca.SX.binary(node.op, *a)
+            values[i] = applied(node.op, [values[j] for j in node.args])
     box, bounds, _ = unseen(nodes, wanted, field.nnz_in(0), order, values.__getitem__)
     return ca.Function("unseen", [box, given[2], given[3]], [ca.densify(bounds)], {"cse": True})
 

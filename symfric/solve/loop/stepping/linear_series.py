@@ -4,6 +4,7 @@ import casadi as ca
 
 from symfric.lower.linear_modes import Matrices
 from symfric.lower.structure_modes import StructureMatrices
+from symfric.scalars import scalar
 from symfric.solve.loop.stepping.series import PROBED, Series
 
 MOST = 50  # number of matrix entries, over all modes, from where loops over those of one mode take hardly longer
@@ -20,12 +21,12 @@ def linear_series(matrices: Matrices, n_x: int, order: int) -> Series:
     slope, rest = known[count : count + n_r], known[count + n_r :]
 
     def flat(name: str, last: int) -> ca.Function:
-        now = ca.vertsplit(state[:n_x])
+        now, entries = ca.vertsplit(state[:n_x]), [scalar(e) for e in ca.vertsplit(aux)]
         rows: list[list[ca.SX]] = [[] for _ in range(n_r)]
         for k in range(last + 1):
             new = ca.vertsplit(slope * state[n_x] + rest if k == 0 else slope if k == 1 else ca.SX(n_r, 1))
             for e, (r, j) in enumerate(zip(matrices.rows, matrices.columns, strict=True)):
-                new[r] += aux[e] * now[j]
+                new[r] = new[r] + entries[e] * now[j]
             for r in range(n_r):
                 rows[r].append(now[r] if r < n_x else new[r])
             now = [e * (1 / (k + 1)) for e in new[:n_x]]

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symfric.codegen.instructions import Node
+from symfric.scalars import Scalar, binary, fabs, if_else, scalar, unary
 from symfric.solve.loop.stepping.operation_bounds import Range
 
 _LINEAR = {ca.OP_ADD, ca.OP_SUB, ca.OP_NEG, ca.OP_TWICE, ca.OP_ASSIGN, ca.OP_LIFT}
@@ -27,16 +28,16 @@ _THROUGH = {ca.OP_ADD, ca.OP_ASSIGN, ca.OP_LIFT}  # between a root and the squar
 class Trend:
     """What a node does over a box, beside its middle."""
 
-    slope: ca.SX
-    rest: ca.SX
+    slope: Scalar
+    rest: Scalar
 
     @property
-    def radius(self) -> ca.SX:
+    def radius(self) -> Scalar:
         """Radius of its interval."""
-        return ca.fabs(self.slope) + self.rest
+        return fabs(self.slope) + self.rest
 
 
-STILL = Trend(ca.SX(0), ca.SX(0))
+_STILL = Trend(scalar(0), scalar(0))
 
 
 def squared_under_roots(nodes: list[Node]) -> set[int]:
@@ -63,10 +64,10 @@ def squared_under_roots(nodes: list[Node]) -> set[int]:
 def trend_of(op: int, ranges: list[Range], trends: list[Trend | None], own: Range) -> Trend:
     """Return the trend of an operation, given the values and the trends of its arguments, and its own values."""
     if op not in _RULES:
-        return Trend(ca.SX(0), own.spread)
-    a = [t or STILL for t in trends]
+        return Trend(scalar(0), own.spread)
+    a = [t or _STILL for t in trends]
     if op in (ca.OP_ADD, ca.OP_SUB):
-        return Trend(ca.SX.binary(op, a[0].slope, a[1].slope), a[0].rest + a[1].rest)
+        return Trend(binary(op, a[0].slope, a[1].slope), a[0].rest + a[1].rest)
     if op == ca.OP_NEG:
         return Trend(-a[0].slope, a[0].rest)
     if op == ca.OP_TWICE:
@@ -77,15 +78,15 @@ def trend_of(op: int, ranges: list[Range], trends: list[Trend | None], own: Rang
     if op == ca.OP_MUL:
         second = ranges[1].middle
         slope = first * a[1].slope + second * a[0].slope
-        rest = ca.fabs(first) * a[1].rest + ca.fabs(second) * a[0].rest
+        rest = fabs(first) * a[1].rest + fabs(second) * a[0].rest
         return Trend(slope, rest + a[0].radius * a[1].radius)
-    slope = (ca.cos(first) if op == ca.OP_SIN else -ca.sin(first)) * a[0].slope
+    slope = (unary(ca.OP_COS, first) if op == ca.OP_SIN else -unary(ca.OP_SIN, first)) * a[0].slope
     rest = a[0].rest + 0.5 * a[0].radius ** 2
     narrow = ranges[0].spread < 1  # otherwise the middle of the values is another one
-    return Trend(ca.if_else(narrow, slope, 0), ca.if_else(narrow, rest, own.spread))
+    return Trend(if_else(narrow, slope, 0), if_else(narrow, rest, own.spread))
 
 
 def narrowed(values: Range, trend: Trend) -> Range:
     """Return values with the smaller one of both radii."""
     radius = trend.radius
-    return Range(values.middle, ca.if_else(radius < values.spread, radius, values.spread), values.unseen)
+    return Range(values.middle, if_else(radius < values.spread, radius, values.spread), values.unseen)
