@@ -72,6 +72,7 @@ def test_a_contact_without_friction_changes_nothing():
     assert found.values["tuning"] == pytest.approx(plain.tuning, rel=2e-3)
 
 
+@pytest.mark.long(beside="test_least_peak_has_two_active_frequencies")
 @pytest.mark.parametrize("contact", longer(["absorber", "main"], ["main"]))
 def test_friction_is_beaten_by_no_neighbour(contact):
     found = absorber(MU, contact=contact, friction=0.1, band=(0.75, 1.15))

@@ -22,6 +22,7 @@ def forced(size=1.0):
     return sf.Scene(system, [joint], {W: 1.05, N: 1.0}, {x: 0, u: 0}, horizon=60.0)
 
 
+@pytest.mark.long(beside="test_a_best_load_between_an_end_and_its_neighbour")
 def test_every_more_load_is_worse_above_the_best():
     """The best is below the least load that is allowed; its peak is that of settled motions."""
     best = sf.design.damper(forced(), "N", bounds=(6, 11), speeds=(1.0, 1.2), speed="W")

@@ -57,7 +57,7 @@ def interrupted(*_, **__):
     raise KeyboardInterrupt
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", CALLS)
 def test_the_design_before_its_verification_is_kept(name, monkeypatch, caplog):
     (module, part), call = CALLS[name]

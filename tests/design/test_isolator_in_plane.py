@@ -29,6 +29,7 @@ def sizes(run):
     return run["peak_acceleration"], run["peak_displacement"], math.hypot(run["residual_x"], run["residual_y"])
 
 
+@pytest.mark.long(beside="test_motions_along_a_turned_line_give_one_design")
 def test_limits_hold_and_no_point_of_a_grid_is_better():
     limits = {"displacement": 0.25, "residual": 0.05}
     found = isolator(scene(), pairs(), BOUNDS, limits)

@@ -44,6 +44,7 @@ def test_slow_belts_decide_with_the_cubic_law(low):
     assert found.objective == found.values["beta"]
 
 
+@pytest.mark.long(beside="test_the_bound_of_the_source")
 def test_a_law_with_its_steepest_fall_inside_the_range():
     """-mu' is largest between the ends: the speed that decides is a maximum, and no sample."""
     law = sf.laws.gauss(0.4, 0.3)
@@ -136,6 +137,7 @@ def test_errors():
         damper(BELT, "v_b", (0.0, 1.0), (0.1, 0.4))
 
 
+@pytest.mark.long(beside="test_the_bound_of_the_source")
 def test_a_machine_slide_in_si_units():
     slide = read_scene_file(ROOT / "examples/machine_slide.toml").scene
     found = damper(slide, "c", (1e3, 4e4), (0.004, 0.02), speed="v_f")

@@ -49,6 +49,7 @@ def test_the_law_that_made_the_record_is_the_best(sigma):
     assert len(found.to_dict()["laws"]) == len(found) == 3
 
 
+@pytest.mark.long(beside="test_the_law_that_made_the_record_is_the_best")
 def test_laws_that_a_record_does_not_tell_apart():
     fast = {n: s.where({"v_b": 0.2}) for n, s in {"stribeck": STRIBECK, "lorentz": LORENTZ}.items()}
     with pytest.warns(UserWarning, match="do not tell"):

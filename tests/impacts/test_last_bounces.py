@@ -38,6 +38,7 @@ def rest(e, g=9.81, h=1.0):
     return np.sqrt(2 * h / g) * (1 + e) / (1 - e)
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("e", [0.01, 0.3, 0.6, 0.9])
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-8, 1e-11])
 def test_a_ball_without_drag(e, tolerance):

@@ -152,7 +152,7 @@ def copied(structure, values, start, k):
 COPIES = [("rod_above_floor", 4), ("disk_in_corner", 4), ("block_on_shaken_floor", 4), ("disks_that_push", 3)]
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.long(beside="test_a_rod_on_many_feet_tips_about_the_last")
 @pytest.mark.parametrize(("name", "k"), COPIES)
 def test_copies_beside_each_other_move_as_one(name, k):
     structure = next(make for make in MAKERS if make.__name__ == name)()
@@ -186,6 +186,7 @@ def lifted_by_a_rope(n):
     return sf.Scene(sf.System([*x, *y], [*u, *v], sp.eye(2 * n), [*fx, *fy]), contacts, {}, start, 0.6)
 
 
+@pytest.mark.long(beside="test_a_rod_on_many_feet_tips_about_the_last")
 def test_a_chain_on_a_table_lifts_as_a_shorter_one_and_balances():
     """Blocks that nothing has reached yet change nothing: four are tried in all combinations, ten and twenty are not."""
     runs = {n: sf.simulate(lifted_by_a_rope(n), tolerance=1e-12).checked() for n in (4, 10, 20)}

@@ -51,7 +51,7 @@ def test_motions_agree(make):
         compare(make, seed)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.long(beside="test_motions_agree")
 @pytest.mark.parametrize("tolerance", [1e-8, 1e-9, 1e-10])
 def test_feet_that_slide_and_stop_together_at_any_tolerance(tolerance):
     """One of them carries the friction, the slip of the other follows: neither is judged without the other."""

@@ -115,7 +115,7 @@ def test_loose_tolerances_meet_tight_ones_in_many_scenes(make):
     meet(make, seeds_of(make, range(130)), 4)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_energy_balances")
 @pytest.mark.parametrize("make", by_name(["ball_on_shaken_floor", "block_on_shaken_floor"]), ids=lambda m: m.__name__)
 def test_loose_tolerances_meet_tight_ones(make):
     # the seeds from 39 to 126 come to their stick bound where the error of the run decides on which side

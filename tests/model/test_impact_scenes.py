@@ -47,6 +47,7 @@ def conveyor_by_steps(Omega, steps, *, mu, a, beta, e, horizon, g=9.81):
     return x[0]
 
 
+@pytest.mark.long(beside="test_a_part_that_sticks_is_not_carried")
 def test_transport_against_a_time_stepping_scheme():
     given = {"mu": 0.4, "a": 0.002, "beta": 0.5, "e": 0.0, "horizon": 0.5}
     off = np.zeros(2)
@@ -163,6 +164,7 @@ def test_a_block_rocks_where_the_ground_pulls_harder_than_its_slope():
     assert 5.0 * opened.t == pytest.approx(9.81 * np.tan(alpha), rel=1e-7)
 
 
+@pytest.mark.long(beside="test_a_block_let_go_loses_speed_as_housner_says")
 def test_a_block_that_slides_first_does_not_rock():
     ramp = sf.Signal([0.0, 10.0], 2.0)
     block = sf.scenes.rocking_block(R=0.8, alpha=0.25, mu=0.2, motion=ramp, horizon=1.0)

@@ -118,6 +118,7 @@ def test_multipliers_of_the_forced_orbit_tell_what_disturbances_do(v_b, grows):
     assert growth == pytest.approx(100 * np.log(abs(np.prod(orbit.multipliers))), abs=0.1)  # half of it for each
 
 
+@pytest.mark.long(beside="test_bounds_of_figure_9_on_the_branch")
 def test_bounds_of_figure_9_as_curves(fast):
     spans = ((10.0, 40.0), (0.02, 0.6))
     lower = next(s for s in fast.special if s.kind == "stick-onset" and s.value > 0.2)
@@ -141,6 +142,7 @@ def test_bounds_of_figure_9_as_curves(fast):
     assert values["v_b"] ** 2 + mean == pytest.approx(onset**2, rel=1e-9)
 
 
+@pytest.mark.long(beside="test_grazing_of_two_slides")
 def test_boundary_of_non_stop_motion():
     branch = sf.continue_cycle(shaken(0.7, 0.2), "f", (0.05, 0.95))
     onset = next(s for s in branch.special if s.kind == "stick-onset")
@@ -212,6 +214,7 @@ def test_errors_and_manners(belt):
     assert {"stable", "stick-onset", "hopf"} <= {text.get_text() for text in axes.get_legend().get_texts()}
 
 
+@pytest.mark.long(beside="test_the_whole_branch_of_the_belt")
 def test_no_orbit_lies_outside_the_span():
     """The last orbit before the end of a span was corrected beyond it, for one of these spans."""
     x, u, F = *sp.symbols("x u", real=True), sp.Symbol("F", positive=True)

@@ -85,6 +85,7 @@ def test_branch_points_of_a_forced_cycle_with_sticking(shaken):
         assert point.value == pytest.approx(own_location(case, branch, point.value, 1e-4), abs=1e-5)
 
 
+@pytest.mark.long(beside="test_branch_points_of_a_forced_cycle_with_sticking")
 def test_the_other_branch_of_a_forced_cycle_closes(shaken):
     """It leads from one point to the other and back over the mirror images; events pass the start of the period."""
     case, branch = shaken

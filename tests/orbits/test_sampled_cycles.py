@@ -123,6 +123,7 @@ def test_multipliers_of_cycles_at_the_limits(seed):
     assert np.all(orbit.multipliers[2:] == 0)
 
 
+@pytest.mark.long(beside="test_a_stick_that_begins_at_a_sample_ends_a_branch_with_a_jump")
 def test_hunting_of_a_sampled_pid_has_no_cycle_and_nears_that_of_a_continuous_one():
     expected = sf.theory.hunting(k_p=4.0, k_i=1.0, k_d=1.0, F_s=1.5, F_c=1.0)
     off = []

@@ -51,6 +51,7 @@ def test_the_load_above_which_a_joint_sticks():
     assert [s.value for s in branch.special] == pytest.approx([0.1 * flexibility(1.1) * 0.5 / 0.3], rel=1e-10)
 
 
+@pytest.mark.long(beside="test_sharp_responses_of_laws_with_sliders")
 def test_two_joints_of_a_chain():
     """The first slips where the linear structure says; the other, later, is told by its name."""
     chain = st.chain(4, damping=0.05)
@@ -95,6 +96,7 @@ def test_sharp_responses_of_laws_with_sliders(stiffness, limits, span, force, si
     assert [s.value for s in branch.special] == pytest.approx(sorted(roots), rel=1e-9)
 
 
+@pytest.mark.long(beside="test_sharp_responses_of_laws_with_sliders")
 def test_the_point_is_the_same_over_spans_of_all_widths():
     x, u = sp.symbols("x u", real=True)
     system = sf.System([x], [u], [[1]], [-x - 0.004 * u + 0.05 * sp.cos(W * sf.TIME)])

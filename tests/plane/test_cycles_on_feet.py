@@ -149,6 +149,7 @@ def test_a_response_on_feet_is_that_of_runs():
 OF_SLIPS = {"x": sf.Max(x), "speed": sf.Max(sf.slip("foot 0")), "way": sf.Integral(sf.slip("foot 1"))}
 
 
+@pytest.mark.long(beside="test_multipliers_are_those_of_differences")
 def test_maps_and_sweeps_on_feet_have_the_bits_of_single_runs():
     scene = body(3, force=WAVE, values={A: 0.3}, damping=0.1).until(8.0).wanting(OF_SLIPS)
     assert "taylor: takes it" in str(sf.explain(scene))
@@ -164,6 +165,7 @@ def test_maps_and_sweeps_on_feet_have_the_bits_of_single_runs():
         assert swept[name].values.tolist() == expected
 
 
+@pytest.mark.long(beside="test_a_speed_of_rounding_is_rest")
 @pytest.mark.parametrize("rough", longer([1e-8, 1e-10], [1e-10]))
 def test_a_body_comes_to_rest_about_a_foot_that_sticks(rough):
     """The slip of that foot is an error of the run, about which the others cannot come nearer to rest."""

@@ -62,6 +62,7 @@ def test_derivatives_have_the_error_of_the_run(case):
         assert own == pytest.approx(slope, abs=max(300 * tolerance, 1e-8) * np.max(np.abs(slope)))
 
 
+@pytest.mark.long(beside="test_derivatives_have_the_error_of_the_run")
 def test_derivatives_of_an_ellipse_are_those_of_differences():
     scene = puck(LAWS["coulomb"], ellipse=(1, sp.Rational(7, 5)))
     run = sf.prepare(scene, 1e-10, sensitivities=["mu"]).run().checked()
@@ -73,6 +74,7 @@ def test_derivatives_of_an_ellipse_are_those_of_differences():
 SWINGS = (-0.39, -0.3, -0.22), (0.33, -0.44, -0.41), (0.2, 0.1, -0.3)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("start", longer(SWINGS, [SWINGS[1]]))
 def test_a_foot_that_swings_through_zero_about_another_has_derivatives(start):
     run = rising(derived(2), *GIVEN, start)
@@ -95,6 +97,7 @@ def test_random_starts_of_two_feet_have_derivatives():
         assert run.sensitivities["mu"] == pytest.approx((ends[0] - ends[1]) / 2e-5, abs=3e-7, rel=1e-6), start
 
 
+@pytest.mark.long(beside="test_derivatives_have_the_error_of_the_run")
 def test_second_derivatives_leave_the_first_ones_alone():
     """Their columns, of products of the first ones, have no part in the derivatives over a start."""
     curved = [force - x**3 * (1 + y) - y**2 for force in WAVES]
@@ -105,6 +108,7 @@ def test_second_derivatives_leave_the_first_ones_alone():
     assert both.sensitivities["mu"] == pytest.approx(first.sensitivities["mu"], rel=1e-9)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("load", [1e-16, 1e-20])
 def test_a_start_that_another_event_ends_at_once_has_derivatives(load):
     """A weak load lets a second mass go at once: high powers of that time are zero, which a run once divided by."""

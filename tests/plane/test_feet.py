@@ -84,6 +84,7 @@ def with_a_drop(n):
 OF = {"as at rest": program, "less than at rest": with_a_drop}
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("friction", longer(OF, ["less than at rest"]))
 def test_pushed_through_the_centre_it_is_one_contact(friction):
     law = sf.laws.coulomb(0.3, 0.25) if friction == "less than at rest" else sf.laws.coulomb(0.3)
@@ -105,6 +106,7 @@ def test_pushed_through_the_centre_it_is_one_contact(friction):
     assert run.energy_residual() < 1e-11
 
 
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("friction", longer(OF, ["less than at rest"]))
 @pytest.mark.parametrize("place", [0, 1, 2])
 def test_a_foot_without_load_changes_nothing(place, friction):
@@ -284,6 +286,7 @@ def assert_differences(run, names, other, size=1e-4):
         assert mine == pytest.approx(slope, abs=1e-6 * max(1.0, np.max(np.abs(slope)))), name
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("start", [NONE, (0.2, 0, 0)])
 def test_derivatives_of_common_starts_of_two_feet_are_differences(start):
     """Let go with a speed the body stops before the forces release it."""

@@ -52,6 +52,7 @@ def test_a_table_stands():
     assert len(run.t) < 1000
 
 
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize("turn", [0.0, 0.3, 1.1])
 @pytest.mark.parametrize("height", [-0.2, 0.0, 0.4])
 def test_pushed_at_its_centre_of_mass_it_slips_at_mu_m_g(turn, height):
@@ -65,6 +66,7 @@ def test_pushed_at_its_centre_of_mass_it_slips_at_mu_m_g(turn, height):
     assert run.final[:3] == pytest.approx([c * gone, s * gone, 0], abs=1e-12)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("height", [0.0, 0.4])
 def test_a_couple_turns_it_at_mu_m_g_r(height):
     scene = table(circle(3), (0, 0, RATE * t, 0, 0, 0), values={RATE: 0.2, H: height}, horizon=2.0)
@@ -81,6 +83,7 @@ def test_a_high_push_lifts_a_foot_first():
     assert run.final[3] > 0.0
 
 
+@pytest.mark.long(beside="test_a_high_push_lifts_a_foot_first")
 def test_derivatives_pass_the_release():
     c, s = math.cos(0.5), math.sin(0.5)
     scene = table(circle(3), (c * RATE * t, s * RATE * t, 0, 0, 0, 0), values={RATE: 0.2}, horizon=2.5)
@@ -180,6 +183,7 @@ def test_dropped_and_shaken_it_is_the_limit_of_time_steps(seed):
     assert errors[1] < 0.35 * errors[0] < 2e-3
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("n", [2, 3, 4])
 def test_beside_a_ball_feet_move_as_without_it(n):
     b, v_b = sp.symbols("b v_b", real=True)
@@ -214,6 +218,7 @@ def test_four_feet_share_a_weight_in_no_single_way():
     assert run.status is Status.UNDECIDED
 
 
+@pytest.mark.long(beside="test_beside_a_ball_feet_move_as_without_it")
 def test_contacts_with_one_slip_share_their_force_beside_a_ball():
     b, v_b = sp.symbols("b v_b", real=True)
     law, ball = sf.laws.coulomb(0.3), sf.Contact("ball", 0, sf.Unilateral(b, 0.6))

@@ -59,7 +59,7 @@ def test_a_computed_load_is_the_given_one(law):
     assert two["load"] == pytest.approx(press, rel=1e-14)
 
 
-@pytest.mark.one_in(6)
+@pytest.mark.one_in(12)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("e", [0.0, 0.5])
 @pytest.mark.parametrize("angle", [0.0, 0.8])
@@ -82,7 +82,7 @@ def test_a_motion_on_a_line_is_that_of_a_line_contact(law, e, angle):
     assert len(events) > 5
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.long(beside="test_a_motion_on_a_line_is_that_of_a_line_contact")
 @pytest.mark.parametrize("law", LAWS)
 def test_a_turned_scene_gives_the_turned_motion(law):
     def run(phi):
@@ -292,6 +292,7 @@ def test_derivatives_pass_impacts_and_flights(law, e):
         assert run.output_sensitivities["far"][name] == pytest.approx((a["far"] - b["far"]) / (2 * step), abs=1e-6)
 
 
+@pytest.mark.long(beside="test_derivatives_pass_impacts_and_flights")
 def test_limit_cycle_with_flights():
     scene = driven(0.05, "coulomb", COUPLED).where({"a": 1.15})
     orbit = sf.limit_cycle(scene, tolerance=1e-12)
@@ -305,6 +306,7 @@ def test_limit_cycle_with_flights():
     assert image(start) == pytest.approx(start, abs=1e-9)
 
 
+@pytest.mark.long(beside="test_a_computed_load_is_the_given_one")
 def test_an_ellipse_is_that_of_a_given_load():
     force = [0.6 * sp.cos(t) - 0.2 * x, 0.5 * sp.sin(1.3 * t)]
     given = sf.Contact("table", (u, v), 1, LAWS["stribeck"], ellipse=(1, 1.5))

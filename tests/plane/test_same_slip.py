@@ -59,6 +59,7 @@ def test_they_are_one_contact(family, order):
     assert run.energy_residual() < 1e-12
 
 
+@pytest.mark.long(beside="test_they_are_one_contact")
 def test_with_a_drop_of_friction_and_derivatives():
     """The drop starts the slip with an acceleration; the load of one foot comes from its place."""
     split = [contact("a", 0.4 + 0.1 * x, drop=0.9), contact("b", 0.6 - 0.1 * x, (-w, u), drop=0.9)]

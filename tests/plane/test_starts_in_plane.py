@@ -22,6 +22,7 @@ def counts(scene, tolerance=1e-12):
     return run.stats["steps"], run.stats["events"]
 
 
+@pytest.mark.long(beside="test_slow_starts_take_few_steps")
 @pytest.mark.parametrize("seed", [223, pytest.param(1017, marks=pytest.mark.long)])
 def test_a_mass_that_depends_on_the_place_needs_no_more_steps(seed):
     """Masses come to rest: expressions of high degree hold terms that are zero while they stick."""
@@ -32,6 +33,7 @@ def test_a_mass_that_depends_on_the_place_needs_no_more_steps(seed):
     assert taken < 1.5 * constant + 40 * abs(events - others)
 
 
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("tolerance", [1e-9, 1e-12])
 @pytest.mark.parametrize("seed", [254, 313, pytest.param(378, marks=pytest.mark.long)])
 def test_slow_starts_take_few_steps(seed, tolerance):
@@ -93,6 +95,7 @@ def on_a_base(turning):
     )
 
 
+@pytest.mark.long(beside="test_a_start_where_the_force_touches_its_bound_takes_few_steps")
 def test_errors_after_starts_follow_the_tolerance():
     """Each body is let go at rest on the base, and starts, stops and starts again."""
     frames = (True, False)
@@ -113,7 +116,7 @@ def test_errors_after_starts_follow_the_tolerance():
         assert radii[0] == pytest.approx(radii[1], abs=1e-10)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("share", [0.4, 0.8, 1.2, 1.5])
 def test_a_slip_that_turns_round_on_a_line_goes_on(share):
     """Hundreds of times it falls to zero, without a stop or for a short one, or soon after its start.

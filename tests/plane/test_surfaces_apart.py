@@ -74,7 +74,7 @@ def test_surfaces_that_begin_to_move_apart_without_an_acceleration_are_said():
     assert run.status is sf.Status.UNDECIDED
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_feet_on_surfaces_that_move_apart_do_not_stick_together")
 @pytest.mark.parametrize("seed", range(2))
 def test_a_body_turns_about_the_foot_that_carries_more(seed):
     """Whatever rises, the force of the foot that keeps its place has no part in the start of the other.

@@ -197,7 +197,7 @@ class Family:
         return -found.fun, np.max(np.abs((left.T @ wanted)[rank:]), initial=0.0)
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.long(beside="test_random_dependent_contacts_agree_with_the_independent_route")
 @pytest.mark.parametrize("seed", longer(range(8), (1, 2, 5, 6)))
 def test_random_dependent_contacts_slip_only_where_they_must(seed):
     family = Family(seed)

@@ -233,7 +233,7 @@ def test_in_the_plane_beside_a_single_clock():
     check("block_in_the_plane", "kicks")
 
 
-@pytest.mark.one_in(77)
+@pytest.mark.one_in(154)
 @pytest.mark.parametrize(("first", "second"), PAIRS)
 def test_pairs(first, second):
     check(first, second)

@@ -112,7 +112,7 @@ def check(structure, route, seeds):
     return judged, slipped
 
 
-@pytest.mark.one_in(6)
+@pytest.mark.long(beside="test_beside_any_rows_no_further_contact_can_stick")
 @pytest.mark.parametrize("route", ROUTES)
 @pytest.mark.parametrize(("n", "runs"), [(2, 40), (3, 20)])
 def test_in_chains_no_further_contact_can_stick(n, runs, route):

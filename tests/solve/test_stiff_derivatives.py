@@ -161,6 +161,7 @@ def test_scenes_that_can_stick_are_refused_with_the_way_out():
         sf.prepare(belt_that_sticks, route=sf.Integrators("cvodes"), sensitivities=["v_b"])
 
 
+@pytest.mark.long(beside="test_derivatives_are_those_of_the_explicit_route")
 def test_limit_cycles_of_stiff_bristles_tend_to_the_softer_ones():
     """The period at 1e7 from the explicit route at 1e3 and 1e4 would differ by their distance to it over ten."""
     law = lambda s: sf.laws.lugre(0.4, 0.25, 0.1, s, s**0.5)  # noqa: E731

@@ -210,6 +210,7 @@ def test_steps_over_which_shapes_turn_are_halved_within_the_range(n):
         assert np.max(np.min(np.abs(found.eigenvalues[:, k].imag[:, None] - exact), axis=1)) < 1e-9
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize(
     ("seed", "n", "span", "modes"),
     [

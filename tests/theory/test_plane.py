@@ -156,6 +156,7 @@ def test_slow_motion_tends_to_that_with_the_averaged_law():
     assert all(1.7 < a / b for a, b in zip(errors, errors[1:], strict=False))  # at least first order in 1/frequency
 
 
+@pytest.mark.long(beside="test_slow_motion_tends_to_that_with_the_averaged_law")
 def test_mass_swings_through_zero_speed_under_vibration_across():
     law = sf.laws.coulomb(0.4).averaged_across(0.3)
     x, u = sp.symbols("x u", real=True)
@@ -197,7 +198,7 @@ def test_vibration_along_feeds_on_friction_that_falls():
     assert again == pytest.approx(found.lateral_power[known], rel=1e-10)
 
 
-@pytest.mark.one_in(6)
+@pytest.mark.one_in(12)
 @pytest.mark.parametrize("v", [0.1, 0.2, 0.3, 0.38, 0.42])
 def test_least_intensity_that_quenches(v):
     law, belt = sf.laws.cubic(0.4, 0.25, 0.5), sf.scenes.mass_on_belt(v_b=v)
@@ -375,6 +376,7 @@ def test_disc_in_a_scene_moves_towards_its_stop(start):
     assert math.hypot(*final[:2]) + left.distance == pytest.approx(stop.distance, abs=1e-11)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("tolerance", longer([1e-3, 1e-4, 1e-5, 1e-6, 1e-7], [1e-4, 1e-5, 1e-6, 1e-7]))
 def test_a_disc_passes_its_corner_at_loose_tolerances(tolerance):
     """At v = R omega the last terms of a series may bring the switch between the formulas back in every step."""
