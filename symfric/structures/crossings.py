@@ -22,8 +22,8 @@ from scipy.sparse.csgraph import connected_components
 
 from symfric.search import ROUNDING, zero
 from symfric.structures.structure import Structure
+from symfric.structures.symmetry import can_decay, is_symmetric
 
-_SKEW = 1e-13  # of the largest entry: asymmetry that is rounding
 _SHORT = 1e-10  # of the range: a step that is not halved any more
 _MOST = 6000  # eigenvalue problems in one search
 _FLOOR = 1e-13  # of the largest eigenvalue: growth that is rounding
@@ -132,16 +132,14 @@ def _family_of(s: Structure) -> _Family | None:
         )
 
     K, F = over_mass(s.K), over_mass(s.friction)
-    symmetric = np.max(np.abs(F - F.T)) <= _SKEW * np.max(np.abs(F))
     if s.C is None:
-        return None if symmetric else _Family(K, F, "squares")
+        return None if is_symmetric(s.friction) else _Family(K, F, "squares")
     C, one, n = over_mass(s.C), np.eye(s.n), s.n
-    skew = np.max(np.abs(C + C.T)) <= _SKEW * np.max(np.abs(C))
     unit = float(np.sqrt(np.linalg.norm(K, 2))) or float(np.linalg.norm(C, 2))  # of velocities
     A0 = np.block([[np.zeros((n, n)), unit * one], [-K / unit, -C]])
     A1 = np.zeros((2 * n, 2 * n))
     A1[n:, :n] = -F / unit
-    return _Family(A0, A1, "gyroscopic" if skew and symmetric else "damped")
+    return _Family(A0, A1, "damped" if can_decay(s) else "gyroscopic")
 
 
 class _Search:

@@ -15,11 +15,11 @@ from symfric.search import ROUNDING, Minimum, minimum_near, zero
 from symfric.structures.axis_crossing import axis_crossing
 from symfric.structures.complex_modes import eigenpairs
 from symfric.structures.structure import Structure
+from symfric.structures.symmetry import can_decay
 from symfric.structures.tracking import Followed, assurance
 
 _NEUTRAL = 1e-5  # of an eigenvalue: a real part, or of squares a difference, that a merging pair has by rounding
 _ROUNDING = 8 * np.finfo(float).eps  # of the terms that cancel in an eigenvalue: growth, or decay, that is rounding
-_ODD = 1e-13  # of the largest entry: asymmetry that is rounding
 _EQUAL = 1e-9  # of the largest squared frequency: difference of two that is rounding
 _BESIDE = 1e-6  # of a step of mu: how far beside it a crossing may be
 _OFF = 1e-4  # relative distance of a shift from what may be an eigenvalue itself
@@ -59,7 +59,7 @@ class FollowedSearch:
     """The search for changes of stability along followed modes."""
 
     def __init__(self, structure: Structure, seen: Followed):
-        self.structure, self.seen, self.damped = structure, seen, _damped(structure)
+        self.structure, self.seen, self.damped = structure, seen, can_decay(structure)
         self.size = float(np.max(np.abs(seen.values))) or 1.0
 
     def over(self) -> list[tuple[Critical, bool]]:
@@ -222,14 +222,6 @@ class FollowedSearch:
                 a, b, c = ((squares[i, e] - squares[j, e]) ** 2 for e in (k - 1, k, k + 1))
                 if a >= b <= c and max(a, c) > b and b < _TURN * min(a, c) and b > (_EQUAL * self.size**2) ** 2:
                     yield i, j, k
-
-
-def _damped(s: Structure) -> bool:
-    """Whether modes can decay: not under gyroscopic forces with a potential."""
-    if s.C is None:
-        return False
-    parts = (s.C + s.C.T, s.C), (s.stiffness(1.0) - s.stiffness(1.0).T, s.stiffness(1.0))
-    return any(float(abs(odd).max()) > _ODD * float(abs(whole).max()) for odd, whole in parts)
 
 
 def _passage(growth: Callable[[float], float], low: float, high: float, floor: float) -> float | None:

@@ -64,7 +64,7 @@ def test_bad_arguments(arguments, words):
         absorber(MU, **arguments)
 
 
-@pytest.mark.long(beside="test_friction_is_beaten_by_no_neighbour")
+@pytest.mark.long(beside="test_least_peak_has_two_active_frequencies")
 def test_a_contact_without_friction_changes_nothing():
     found, plain = absorber(MU, contact="absorber", friction=0.0, band=(0.7, 1.2)), theory.least_peak(MU)
     assert found.status == "optimal"
@@ -92,7 +92,7 @@ def test_friction_is_beaten_by_no_neighbour(contact):
         assert worst > found.objective * (1 - 2e-3)
 
 
-@pytest.mark.long(beside="test_friction_is_beaten_by_no_neighbour")
+@pytest.mark.long(beside="test_least_peak_has_two_active_frequencies")
 def test_a_contact_that_sticks_for_whole_periods():
     """The amplitude jumps, so the status stays modest, and no random design is better by more than a few per cent."""
     found = sf.design.absorber(0.22, contact="absorber", friction=0.42)

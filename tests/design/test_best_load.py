@@ -57,7 +57,7 @@ def found():
     return sf.design.damper(forced(), "N", bounds=(1, 40), speeds=(0.9, 1.4), speed="W")
 
 
-@pytest.mark.long(beside="test_every_more_load_is_worse_above_the_best")
+@pytest.mark.long(beside="test_a_best_load_between_an_end_and_its_neighbour")
 def test_the_curve_of_turbine_engineers(found):
     assert found.status == "optimal"
     assert found.check.agrees
@@ -75,7 +75,7 @@ def test_the_curve_of_turbine_engineers(found):
     found.plot()
 
 
-@pytest.mark.long(beside="test_every_more_load_is_worse_above_the_best")
+@pytest.mark.long(beside="test_a_best_load_between_an_end_and_its_neighbour")
 def test_response_and_best_load_grow_with_the_force(found):
     """All forces times two: displacements and the best load as well, the peak's frequency stays."""
     double = sf.design.damper(forced(2.0), "N", bounds=(4, 16), speeds=(0.9, 1.4), speed="W")

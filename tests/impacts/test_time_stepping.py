@@ -109,7 +109,7 @@ def test_energy_balances_in_many_scenes(make):
         assert motion(make, seed, 1e-11)[-1].energy_residual() < 1e-10, seed
 
 
-@pytest.mark.long(beside="test_loose_tolerances_meet_tight_ones")
+@pytest.mark.long(beside="test_energy_balances")
 @pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)
 def test_loose_tolerances_meet_tight_ones_in_many_scenes(make):
     meet(make, seeds_of(make, range(130)), 4)

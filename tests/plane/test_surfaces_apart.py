@@ -133,7 +133,7 @@ def pile(seed):
     return sf.Scene(system, contacts, {}, start, 8.0, {"path": sf.Trajectory(), "events": sf.Events()})
 
 
-@pytest.mark.long(beside="test_a_body_turns_about_the_foot_that_carries_more")
+@pytest.mark.long(beside="test_feet_on_surfaces_that_move_apart_do_not_stick_together")
 @pytest.mark.parametrize("seed", [1, 16])
 def test_a_body_turns_about_a_foot_at_rest_on_a_body_that_slides(seed):
     scene = pile(seed)

@@ -121,7 +121,7 @@ def test_in_chains_no_further_contact_can_stick(n, runs, route):
     assert slipped > runs
 
 
-@pytest.mark.long(beside="test_in_chains_no_further_contact_can_stick")
+@pytest.mark.long(beside="test_beside_any_rows_no_further_contact_can_stick")
 @pytest.mark.parametrize("route", ROUTES)
 @pytest.mark.parametrize(("n", "runs"), [(2, 400), (3, 300), (4, 150)])
 def test_in_many_chains_no_further_contact_can_stick(n, runs, route):

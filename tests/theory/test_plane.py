@@ -156,7 +156,6 @@ def test_slow_motion_tends_to_that_with_the_averaged_law():
     assert all(1.7 < a / b for a, b in zip(errors, errors[1:], strict=False))  # at least first order in 1/frequency
 
 
-@pytest.mark.long(beside="test_slow_motion_tends_to_that_with_the_averaged_law")
 def test_mass_swings_through_zero_speed_under_vibration_across():
     law = sf.laws.coulomb(0.4).averaged_across(0.3)
     x, u = sp.symbols("x u", real=True)
