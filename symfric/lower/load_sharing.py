@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
+from zlib import crc32
 
 import casadi as ca
 import numpy as np
@@ -12,6 +13,7 @@ from symfric.model.symbols import TIME
 from symfric.model.system import System
 
 _LEAST = 1e-290  # added to squares of bounds that may vanish, so that the share of one alone is the whole
+_SEEN = 1e-6  # relative difference of two ratios that is no rounding
 _NEARLY = 1e-6  # relative remainder of a row, orthogonal to others, below which it counts as dependent
 
 if TYPE_CHECKING:
@@ -26,13 +28,21 @@ def parallels(model: "ContactDynamics") -> list[tuple[int, float | sp.Expr]]:
     contacts, u = model.contacts, model.system.u
     rows = [_row(c.slip, u) for c in contacts] if not model.system.rows else [None for _ in contacts]
     moving = {*model.system.states, TIME, *model.inputs}
+    at = [
+        None if row is not None or model.system.rows else _samples(c.slip, moving)
+        for row, c in zip(rows, contacts, strict=True)
+    ]
+
+    def ratio_of(i: int, k: int) -> float | sp.Expr | None:
+        return _ratio(rows[i], rows[k], contacts[i].slip, contacts[k].slip, moving)
+
     roots = []
     for i, c in enumerate(contacts):
         before = [k for k in range(i) if not contacts[k].law.smooth]
         if model.system.rows:
             ratios = ((k, _ratio_of_rows(model.system, c.slip, contacts[k].slip)) for k in before)
         else:
-            ratios = ((k, _ratio(rows[i], rows[k], c.slip, contacts[k].slip, moving)) for k in before)
+            ratios = ((k, None if _apart(at[i], at[k]) else ratio_of(i, k)) for k in before)
         alike = ((k, r) for k, r in ratios if r is not None)
         roots.append((i, 1.0) if c.law.smooth else next(alike, (i, 1.0)))
     return roots
@@ -100,6 +110,28 @@ def _row(slip: sp.Expr, u: Sequence[sp.Symbol]) -> np.ndarray | None:
     """Return the slopes of a slip and its value at rest, if these are numbers."""
     row = [*(slip.diff(e) for e in u), slip.xreplace(dict.fromkeys(u, sp.Integer(0)))]
     return np.array(row, dtype=float) if all(e.is_number for e in row) else None
+
+
+def _samples(slip: sp.Expr, moving: set[sp.Symbol]) -> np.ndarray | None:
+    """Return a slip at two states and times that nothing distinguishes, None if it has no numbers there."""
+    names = sorted(slip.free_symbols, key=str)
+    try:
+        return np.array([float(slip.xreplace({s: _number(s, k * (s in moving)) for s in names})) for k in (0, 1)])
+    except TypeError:  # a function without numbers
+        return None
+
+
+def _number(symbol: sp.Symbol, turn: int) -> sp.Float:
+    """Return a number between 1/4 and 5/4 for a symbol, another one at each turn."""
+    return sp.Float(0.25 + crc32(f"{symbol} {turn}".encode()) / 2**32)
+
+
+def _apart(a: np.ndarray | None, b: np.ndarray | None) -> bool:
+    """Whether values at two instants tell that one quantity is no constant multiple of another."""
+    if a is None or b is None:
+        return False
+    crossed = a[0] * b[1], a[1] * b[0]
+    return bool(abs(crossed[0] - crossed[1]) > _SEEN * max(map(abs, crossed)))
 
 
 def _ratio(

@@ -93,6 +93,29 @@ def test_slips_that_are_multiples_up_to_rounding_are_parallel(seed):
     assert lower(scene, [], frozenset()).parallels == (0, 0, 2)
 
 
+@pytest.mark.parametrize("change", [0, 1e-3, 1e-7, 1e-12])
+def test_multiples_of_slips_that_depend_on_the_place(change):
+    """However they are written, whatever parameters they contain; a factor that changes on the way makes none."""
+    x, y, u, w = sp.symbols("x y u w", real=True)
+    a, b = sp.symbols("a b", positive=True)
+    slip = u * sp.cos(x) + a * w * sp.sin(x + y)
+    slips = [
+        slip,
+        sp.expand(-3 * b * slip),
+        (1 + sp.Float(change) * sp.sin(x)) * slip,
+        slip + change * u,
+        sp.cos(x) * slip,
+    ]
+    scene = sf.Scene(
+        system=sf.System([x, y], [u, w], sp.eye(2), [-x, -y]),
+        contacts=[sf.Contact(f"floor {i}", s, 1, sf.laws.coulomb(0.3)) for i, s in enumerate(slips)],
+        values={a: 0.7, b: 1.3},
+        initial=dict.fromkeys((x, y, u, w), 0.1),
+        horizon=1.0,
+    )
+    assert lower(scene, [], frozenset()).parallels == ((0, 0, 0, 0, 4) if change == 0 else (0, 0, 2, 3, 4))
+
+
 def test_contacts_without_load_share_nothing():
     modes, forces = (HOLDS, SHARES, SHARES, HOLDS), np.array([0.4, 0.0, 0.0, 0.1])
     found, rooms = shared((1.0, -1.0), modes, forces, False, loads=np.array([0.0, 0.0, 0.0, 1.0]))
