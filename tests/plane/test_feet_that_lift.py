@@ -105,7 +105,7 @@ def driven(seed):
     return places, [*force, 0, 0, 0], (sizes, rates, phases)
 
 
-@pytest.mark.parametrize("seed", longer(range(30), range(3, 30)))
+@pytest.mark.parametrize("seed", longer(range(30), range(1, 30)))
 def test_without_height_it_is_a_body_with_given_loads(seed):
     """Three feet share a weight as levers do; the motion is that of feet with these loads, of which there is a solver."""
     places, force, _ = driven(seed)
@@ -139,7 +139,7 @@ def stepped(seed, steps):
     return Stepping(INERTIA, force, contacts).run(DROPPED, 4.0, steps, 8)
 
 
-@pytest.mark.parametrize("seed", longer([0, 3, 7, *range(8, 20)], range(8, 20)))
+@pytest.mark.parametrize("seed", longer([0, 3, 7, *range(8, 20)], [0, 3, *range(8, 20)]))
 def test_where_friction_drops_feet_are_not_held_again_by_what_they_pressed_at_rest(seed):
     """Feet that start to slip press otherwise than at rest: a static bound by that would hold them again, and again not."""
     places, force, _ = driven(seed)
@@ -154,7 +154,7 @@ def test_where_friction_drops_feet_are_not_held_again_by_what_they_pressed_at_re
 DROPPED = (0, 0, 0, 0.05, 0.01, -0.02, *[0] * 6)
 
 
-@pytest.mark.parametrize("seed", longer(range(30), range(3, 30)))
+@pytest.mark.parametrize("seed", longer(range(30), range(1, 30)))
 def test_dropped_and_shaken_it_moves_the_same_at_any_tolerance(seed):
     """It lands, bounces, comes to rest on its feet, slides, turns and tips; friction stays within its bounds."""
     places, force, _ = driven(seed)
