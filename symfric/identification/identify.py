@@ -51,7 +51,8 @@ def identify(
         Several scenes by label are fitted at once; their records are then given by label.
     records : mapping of name to (t, y), xarray.Dataset, or path of a .csv, .txt or .npy file
         Times in the scene's unit of time, from its start on, and values, each shape (n,); or an xarray.DataArray over
-        time. For several scenes a mapping of label to such records.
+        time. A file has times in its first column; a text names its columns in its first line, those of an array in a
+        .npy are called c1, c2, ... unless its fields have names. For several scenes a mapping of label to such records.
     parameters : mapping of name to (low, high)
         The unknowns with their bounds: values of the scene, states (their start values), and ``record.offset`` and
         ``record.scale`` of a sensor that shows ``scale * expression + offset``. With several scenes a name holds for

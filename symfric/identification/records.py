@@ -93,8 +93,8 @@ def read_channels(
         for number, (name, record) in enumerate(_named(group, label).items(), 2):
             if isinstance(group, str | Path) and not _measures(scenes[label], name, label, observed):
                 raise SceneError(
-                    f"column {number} of {Path(group).name} is no state; say what it measures with observed={{...}}, "
-                    "or leave it out"
+                    f"column {number} of {Path(group).name} has the name of no state; say what it measures with "
+                    "observed={its name: ...}, or leave it out"
                 )
             channels.append(_channel(scenes[label], label, name, record, observed, sigma))
     if not channels:

@@ -56,7 +56,8 @@ def pid(
     limits : (float or Expr, float or Expr), optional
         Of the command. The integral is held back so that the command leaves a limit as soon as the error turns.
     start : float or Expr
-        Measured before the first sample, for its difference.
+        Measured before the first sample, for its difference. Give the start of x where that is not zero: otherwise the
+        first difference is a kick of ``kd x/every``.
     step : float or Expr, optional
         Of the converter of the command, see `sf.Held`.
 

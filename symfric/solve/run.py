@@ -45,7 +45,7 @@ class Event:
     >>> import symfric as sf
     >>> belt = sf.scenes.mass_on_belt(v_b=0.2)
     >>> sf.simulate(belt).events[0]
-    Event(t=0.6138824896007392, contact='belt', before=-1, after=0)
+    Event(t=0.6138824896007392, contact='belt', kind='stick', before=-1, after=0)
     """
 
     t: float
@@ -61,6 +61,10 @@ class Event:
         if self.after == 0:
             return "stick"
         return "slip" if self.before == 0 else "reverse"
+
+    def __repr__(self) -> str:
+        modes = f"before={self.before}, after={self.after}"
+        return f"Event(t={self.t!r}, contact={self.contact!r}, kind={self.kind!r}, {modes})"
 
 
 class Raw(NamedTuple):

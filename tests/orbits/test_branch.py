@@ -24,6 +24,7 @@ def kinds(branch):
 def test_the_whole_branch_of_the_belt(belt):
     assert belt.ends == ("span", "hopf")
     assert kinds(belt) == ["stick-onset", "hopf"]
+    assert belt.reasons[1] == f"the Hopf point at v_b = {belt.special[1].value:.6g}"
     assert belt.special[0].value == pytest.approx(ONSET, abs=1e-12)
     assert belt.special[1].value == pytest.approx(sf.theory.belt.onset_speed(BELT), rel=1e-12)
     assert belt.values[0] == 0.01
@@ -47,6 +48,7 @@ def test_the_branch_from_the_hopf_point(belt):
     branch = sf.continue_cycle(BELT, "v_b", (0.01, 0.6), start=hopf)
     assert branch.ends == ("hopf", "span")
     assert kinds(branch) == ["hopf", "stick-onset"]
+    assert branch.reasons[0] == f"the Hopf point at v_b = {hopf.value:.6g}"
     assert branch.special[1].value == pytest.approx(ONSET, abs=1e-12)
     first = branch.orbits[0]
     growth = hopf.value - branch.values[0]  # r^2 = -sigma/a near the point, sigma from the eigenvalues

@@ -60,6 +60,9 @@ class Period(OutputAfter):
 class StopTime(Output):
     """Time after which the system stays at rest until the horizon; NaN if it moves at the end, or the run fails.
 
+    A motion whose speed fades exponentially, as of a slide that an integral carries to its target, has no such time: it
+    ends where the tolerance no longer tells its speed from zero, later by the same time for each digit of it.
+
     Examples
     --------
     >>> import symfric as sf

@@ -58,7 +58,8 @@ def positioning_stage(
     Notes
     -----
     :math:`m x'' = -k_p(x - r) - k_d x' - k_i z - c\tanh\frac{x - r}{x_c}` + friction, :math:`z' = x - r`. A static
-    friction above the kinetic one makes it hunt about the target: see `sf.theory.hunting`.
+    friction above the kinetic one makes it hunt about the target, from starts near enough to where it would: see
+    `sf.theory.hunting`.
 
     Examples
     --------

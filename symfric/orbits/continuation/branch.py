@@ -181,7 +181,7 @@ class Branch(ArrayResult, Drawable):
 
     def _reason(self, end: str, k: int) -> str:
         value, words = float(self.values[k]), REASONS[end]
-        if end in ("grazing", "jump") and self.special:
+        if end in ("hopf", "grazing", "jump") and self.special:
             point = self.special[k]
             value, words = (
                 point.value,

@@ -31,9 +31,11 @@ def limit_cycle(
     Parameters
     ----------
     scene : Scene
-        Autonomous, or excited by sines and cosines of time with a common period. Its start and horizon matter only
-        without a guess: then its motion is followed until it repeats itself, and leads to a stable cycle. Where it
-        settles to no cycle, as on a torus or in chaos, the result is one near the motion, with ``stable`` False.
+        Autonomous, or excited by sines and cosines of time, or sampled by clocks, with a common period. Its start and
+        horizon matter only without a guess: then its motion is followed until it repeats itself, and leads to a stable
+        cycle. Where it settles to no cycle, as on a torus or in chaos, the result is one near the motion, with
+        ``stable`` False. Rest for good under an excitation or a clock is a cycle of their period, with
+        ``stick_fraction`` 1.
     guess : Orbit, or (state, period), optional
         An approximation of the cycle, which may be unstable. If forced, the state is that at t = 0, and the period is
         rounded to a multiple of that of the excitation.
@@ -47,7 +49,8 @@ def limit_cycle(
     Raises
     ------
     NotFound
-        If the motion settles to rest or steady sliding, ends early, or no cycle is found near the guess.
+        If the motion of an autonomous scene settles to rest or steady sliding, a motion ends early, or no cycle is
+        found near the guess.
     SceneError
         If the excitation has no period, or an input is sampled.
 
