@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import sympy as sp
+from scipy.optimize import minimize_scalar
 
 from tests.plane.plane_reference import Planar, Problem
 
@@ -183,3 +184,26 @@ def drawn_bodies(seed, bodies=None):
     f, pull = rng.normal(size=n) * rng.uniform(0.3, 0.9), rng.normal(size=n) * 0.1
     start = np.concatenate([rng.normal(size=n) * 0.4, rng.normal(size=n) * 0.6])
     return PlaneScene(M, 0.0, K, D, np.zeros((n, n)), f, pull, w, tuple(tables), start, 8.0)
+
+
+def before_a_fast_turn(scene, motion, eps):
+    """Return a time before any contact whose friction drops turns at a speed at which one regularised over eps holds it.
+
+    `motion` is one of `plane_reference.Simulator`.
+    """
+    end = scene.horizon
+    for c in scene.tables:
+        if c.mu_s == c.mu_k or c.v_s:
+            continue
+
+        def speed(t, c=c):
+            u = motion.at(t)[scene.n :]
+            return math.hypot(*(c.rows @ u - c.belt - c.shake * math.cos(scene.w * t)))
+
+        times = np.linspace(0, scene.horizon, 2001)
+        speeds = np.array([speed(t) for t in times])
+        for k in np.flatnonzero((speeds[1:-1] < speeds[:-2]) & (speeds[1:-1] <= speeds[2:])) + 1:
+            low = minimize_scalar(speed, bounds=(times[k - 1], times[k + 1]), method="bounded", options={"xatol": 1e-9})
+            if 1e-13 < low.fun < 20 * eps and speed(min(low.x + 1e-5, scene.horizon)) > 1e-13:  # it does not stop
+                end = min(end, times[k] - 0.1)
+    return end

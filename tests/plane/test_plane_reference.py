@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import sympy as sp
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import brentq
 
 import symfric as sf
 from tests.longer import longer
 from tests.plane.compiled_regularised import regularised as compiled
 from tests.plane.plane_reference import Planar, Problem, Simulator, incline, least_use, polar_incline, regularised
-from tests.plane.plane_scenes import drawn
+from tests.plane.plane_scenes import before_a_fast_turn, drawn
 from tests.reference_cases import values_of
 
 SLOPE = math.radians(20)
@@ -143,32 +143,10 @@ MORE = tuple(s for s in range(40) if s not in SEEDS)
 SPEEDS = (1e-3, 1e-4, 1e-5)
 
 
-def before_a_fast_turn(scene, motion):
-    """Return a time before any contact whose friction drops turns at a speed where the regularised one still holds it."""
-    end = scene.horizon
-    for c in scene.tables:
-        if c.mu_s == c.mu_k or c.v_s:
-            continue
-
-        def speed(t, c=c):
-            u = motion.at(t)[scene.n :]
-            return math.hypot(*(c.rows @ u - c.belt - c.shake * math.cos(scene.w * t)))
-
-        times = np.linspace(0, scene.horizon, 2001)
-        speeds = np.array([speed(t) for t in times])
-        for k in np.flatnonzero((speeds[1:-1] < speeds[:-2]) & (speeds[1:-1] <= speeds[2:])) + 1:
-            low = minimize_scalar(speed, bounds=(times[k - 1], times[k + 1]), method="bounded", options={"xatol": 1e-9})
-            if (
-                1e-13 < low.fun < 20 * SPEEDS[-1] and speed(min(low.x + 1e-5, scene.horizon)) > 1e-13
-            ):  # it does not stop
-                end = min(end, times[k] - 0.1)
-    return end
-
-
 def check_trend(seed, approached, horizon=8.0):
     scene = replace(drawn(seed), horizon=horizon)
     motion = Simulator(scene.problem()).run()
-    scene = replace(scene, horizon=before_a_fast_turn(scene, motion))
+    scene = replace(scene, horizon=before_a_fast_turn(scene, motion, SPEEDS[-1]))
     errors = [np.max(np.abs(approached(scene, eps) - motion.at(scene.horizon))) for eps in SPEEDS]
     assert scene.horizon > 2
     assert errors[2] < max(0.1 * errors[0], 1e-8), errors
