@@ -1,6 +1,7 @@
 """Load sharing of parallel contacts, in proportion to their static bounds."""
 
 from collections.abc import Mapping, Sequence
+from functools import cache, partial
 from typing import TYPE_CHECKING
 from zlib import crc32
 
@@ -10,7 +11,6 @@ import sympy as sp
 
 from symfric.lower.constraint_forces import DISTINCT, HOLDS, SHARES
 from symfric.model.symbols import TIME
-from symfric.model.system import System
 
 _LEAST = 1e-290  # added to squares of bounds that may vanish, so that the share of one alone is the whole
 _SEEN = 1e-6  # relative difference of two ratios that is no rounding
@@ -25,25 +25,12 @@ def parallels(model: "ContactDynamics") -> list[tuple[int, float | sp.Expr]]:
 
     The sign of a factor is known, whatever the parameters in it.
     """
-    contacts, u = model.contacts, model.system.u
-    rows = [_row(c.slip, u) for c in contacts] if not model.system.rows else [None for _ in contacts]
-    moving = {*model.system.states, TIME, *model.inputs}
-    at = [
-        None if row is not None or model.system.rows else _samples(c.slip, moving)
-        for row, c in zip(rows, contacts, strict=True)
-    ]
-
-    def ratio_of(i: int, k: int) -> float | sp.Expr | None:
-        return _ratio(rows[i], rows[k], contacts[i].slip, contacts[k].slip, moving)
-
+    contacts = model.contacts
+    ratio = partial(_ratio_of_rows, model) if model.system.rows else _Ratios(model).ratio
     roots = []
     for i, c in enumerate(contacts):
         before = [k for k in range(i) if not contacts[k].law.smooth]
-        if model.system.rows:
-            ratios = ((k, _ratio_of_rows(model.system, c.slip, contacts[k].slip)) for k in before)
-        else:
-            ratios = ((k, None if _apart(at[i], at[k]) else ratio_of(i, k)) for k in before)
-        alike = ((k, r) for k, r in ratios if r is not None)
+        alike = ((k, r) for k in before if (r := ratio(i, k)) is not None)
         roots.append((i, 1.0) if c.law.smooth else next(alike, (i, 1.0)))
     return roots
 
@@ -88,8 +75,9 @@ def _slopes(model: "ContactDynamics", slip: sp.Expr) -> Sequence[sp.Expr] | np.n
     return row if isinstance(row, np.ndarray) else [e.xreplace(model.constants) for e in row]
 
 
-def _ratio_of_rows(system: System, slip: sp.Expr, other: sp.Expr) -> float | None:
-    """Return what a slip is over another, each a row of numbers and a speed; None unless that never changes."""
+def _ratio_of_rows(model: "ContactDynamics", i: int, k: int) -> float | None:
+    """Return what slip i is over slip k, each a row of numbers and a speed; None unless that never changes."""
+    system, slip, other = model.system, model.contacts[i].slip, model.contacts[k].slip
     row, rest = system.slopes(slip), system.slopes(other)
     if not (isinstance(row, np.ndarray) and isinstance(rest, np.ndarray)):
         return None
@@ -112,15 +100,6 @@ def _row(slip: sp.Expr, u: Sequence[sp.Symbol]) -> np.ndarray | None:
     return np.array(row, dtype=float) if all(e.is_number for e in row) else None
 
 
-def _samples(slip: sp.Expr, moving: set[sp.Symbol]) -> np.ndarray | None:
-    """Return a slip at two states and times that nothing distinguishes, None if it has no numbers there."""
-    names = sorted(slip.free_symbols, key=str)
-    try:
-        return np.array([float(slip.xreplace({s: _number(s, k * (s in moving)) for s in names})) for k in (0, 1)])
-    except TypeError:  # a function without numbers
-        return None
-
-
 def _number(symbol: sp.Symbol, turn: int) -> sp.Float:
     """Return a number between 1/4 and 5/4 for a symbol, another one at each turn."""
     return sp.Float(0.25 + crc32(f"{symbol} {turn}".encode()) / 2**32)
@@ -134,23 +113,43 @@ def _apart(a: np.ndarray | None, b: np.ndarray | None) -> bool:
     return bool(abs(crossed[0] - crossed[1]) > _SEEN * max(map(abs, crossed)))
 
 
-def _ratio(
-    row: np.ndarray | None, other: np.ndarray | None, slip: sp.Expr, other_slip: sp.Expr, moving: set[sp.Symbol]
-) -> float | sp.Expr | None:
-    """Return the ratio of two slips, None unless it is constant; numbers are compared to rounding.
+class _Ratios:
+    """Ratios of slips written as expressions."""
 
-    It may contain parameters if their assumptions determine its sign.
-    """
-    if row is None or other is None:
-        ratio = sp.cancel(slip / other_slip)
+    def __init__(self, model: "ContactDynamics") -> None:
+        self._slips = [c.slip for c in model.contacts]
+        self._rows = [_row(slip, model.system.u) for slip in self._slips]
+        self._moving = {*model.system.states, TIME, *model.inputs}
+        self._samples = cache(self._sampled)
+
+    def ratio(self, i: int, k: int) -> float | sp.Expr | None:
+        """Return what slip i is over slip k, None unless it is constant; numbers are compared to rounding.
+
+        It may contain parameters if their assumptions determine its sign.
+        """
+        row, other = self._rows[i], self._rows[k]
+        if row is None or other is None:
+            return None if _apart(self._samples(i), self._samples(k)) else self._symbolic(i, k)
+        largest = int(np.argmax(np.abs(other[:-1])))
+        ratio = row[largest] / other[largest]
+        alike = ratio != 0.0 and np.all(np.abs(row - ratio * other) <= DISTINCT * np.abs(row))
+        return float(ratio) if alike else None
+
+    def _symbolic(self, i: int, k: int) -> float | sp.Expr | None:
+        ratio = sp.cancel(self._slips[i] / self._slips[k])
         if ratio.is_number:
             return float(ratio) if ratio.is_finite and ratio != 0 else None
-        known = not ratio.free_symbols & moving and (ratio.is_positive or ratio.is_negative)
+        known = not ratio.free_symbols & self._moving and (ratio.is_positive or ratio.is_negative)
         return ratio if known else None
-    k = int(np.argmax(np.abs(other[:-1])))
-    ratio = row[k] / other[k]
-    alike = ratio != 0.0 and np.all(np.abs(row - ratio * other) <= DISTINCT * np.abs(row))
-    return float(ratio) if alike else None
+
+    def _sampled(self, i: int) -> np.ndarray | None:
+        """Return slip i at two states and times that nothing distinguishes, None if it has no numbers there."""
+        slip, moving = self._slips[i], self._moving
+        at = [{s: _number(s, k * (s in moving)) for s in slip.free_symbols} for k in (0, 1)]
+        try:
+            return np.array([float(slip.xreplace(values)) for values in at])
+        except TypeError:  # a function without numbers
+            return None
 
 
 def _sign(factor: float | sp.Expr) -> float:

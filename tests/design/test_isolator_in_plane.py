@@ -39,8 +39,8 @@ def test_limits_hold_and_no_point_of_a_grid_is_better(free, number):
     assert table[0] == pytest.approx(found.objective, rel=1e-6)
     assert np.all(table[1:] <= np.array([0.25, 0.05]) * (1 + 1e-6))
     rng = np.random.default_rng(3)
-    for other in ({name: rng.uniform(*BOUNDS[name]) for name in free} for _ in range(25)):
-        other = np.max([sizes(program.run(other)) for program in programs], axis=0)
+    for values in ({name: rng.uniform(*BOUNDS[name]) for name in free} for _ in range(25)):
+        other = np.max([sizes(program.run(values)) for program in programs], axis=0)
         assert other[0] > found.objective * (1 - 1e-6) or other[1] > 0.25 or other[2] > 0.05
 
 
