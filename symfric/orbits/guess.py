@@ -22,6 +22,7 @@ _SHRINKING = 0.98  # ratio of the ranges in the last and third quarter below whi
 # range of a wait relative to that of the motion around it; ratio of the ranges in the last and third quarter of a run
 # above which a motion goes on
 _WAITING, _GOES_ON = 1e-2, 0.1
+_STRETCHES, _LOOKS = 100, 41  # of a motion that may wait: stretches of its last quarter, and times in each
 # size of the last motion relative to that of the first quarter of a run above which it has no bound; from rounding to
 # a cycle it grows by less
 _HUGE = 1e30
@@ -34,6 +35,14 @@ class Fades(NotFound):
 
 class Grows(NotFound):
     """The motion grows beyond any bound."""
+
+
+class Waits(NotFound):
+    """The motion waits and goes on by turns, for longer than any cycle that is looked for."""
+
+
+class EndsEarly(NotFound):
+    """The motion ends before it has settled; a longer wait ends there too."""
 
 
 class Guess(NamedTuple):
@@ -76,14 +85,29 @@ def settled(scene: Scene, flow: FlowMap, forcing: float | None, patience: int) -
         If the motion settles to rest or to steady sliding.
     Grows
         If it grows beyond any bound.
+    EndsEarly
+        If it ends early.
+    Waits
+        If it waits for longer than any cycle that is looked for.
     NotFound
-        If it ends early, or hardly turns.
+        If it hardly turns.
     """
-    if forcing is None:
-        return guess_of(_motion(scene, flow, patience * scene.horizon), None)
-    periods = max(_SETTLE, int(np.ceil(scene.horizon / forcing))) * patience
-    # half a period more, so that no return falls on the end
-    return guess_of(_motion(scene, flow, (periods + 0.5) * forcing), forcing)
+    horizon = patience * scene.horizon
+    if forcing is not None:
+        periods = max(_SETTLE, int(np.ceil(scene.horizon / forcing))) * patience
+        horizon = (periods + 0.5) * forcing  # half a period more, so that no return falls on the end
+    run = flow.motion(scene, horizon)
+    if run.status == Status.OK:
+        return guess_of(run, forcing)
+    ends = EndsEarly(f"{early_end('the motion of the scene', run.status)}; a guess replaces this motion")
+    if run.status != Status.STEP_BUDGET:
+        raise ends
+    try:
+        return guess_of(run, forcing)  # as far as it goes
+    except (Fades, Grows):
+        raise
+    except NotFound:
+        raise ends from None
 
 
 def guess_of(run: Run, forcing: float | None) -> Guess:
@@ -102,6 +126,8 @@ def guess_of(run: Run, forcing: float | None) -> Guess:
         If the run settles to rest or to steady sliding.
     Grows
         If it grows beyond any bound.
+    Waits
+        If it waits for longer than any cycle that is looked for.
     NotFound
         If it hardly oscillates.
     """
@@ -112,8 +138,8 @@ def guess_of(run: Run, forcing: float | None) -> Guess:
     looks = np.arange(max(0, last - _MOST), last + 1) * forcing
     returns = run(np.minimum(looks, run.t_final))
     late = run.x[:, run.t > run.t_final - _MOST * forcing]
-    if _waits(run, late):
-        raise NotFound(
+    if _waits(run, _MOST * forcing):
+        raise Waits(
             f"the motion waits and moves on by turns of more than {_MOST} periods of the excitation or the sampling, "
             "and has no cycle as short as these; look at the motion itself"
         )
@@ -130,22 +156,19 @@ def _look_at_growth(run: Run) -> None:
             raise Grows("the motion grows beyond any bound; start it elsewhere, or give a guess")
 
 
-def _waits(run: Run, late: np.ndarray) -> bool:
-    """Whether the last states, (n_x, n), belong to a wait of a motion that goes on, such as the hunting of a PID."""
+def _waits(run: Run, span: float) -> bool:
+    """Whether a motion waits for longer than `span` and goes on by turns, such as the hunting of a PID."""
     n = len(run.base.system.q)
     quarters = [(run.t > a * run.t_final) & (run.t <= (a + 0.25) * run.t_final) for a in (0.5, 0.75)]
-    if not all(np.any(part) for part in quarters) or not late.size:
+    if not all(np.any(part) for part in quarters):
         return False
     before, after = (np.ptp(run.x[:n, part], axis=1) for part in quarters)
-    waiting = np.ptp(late[:n], axis=1) <= _WAITING * after
-    return bool(np.all(waiting) and np.any((after > _GOES_ON * before) & (before > 0)))
-
-
-def _motion(scene: Scene, flow: FlowMap, horizon: float) -> Run:
-    run = flow.motion(scene, horizon)
-    if run.status != Status.OK:
-        raise NotFound(f"{early_end('the motion of the scene', run.status)}; a guess replaces this motion")
-    return run
+    if not np.any((after > _GOES_ON * before) & (before > 0)):
+        return False
+    ends = run.t_final - np.linspace(0.0, max(0.25 * run.t_final - span, 0.0), _STRETCHES)
+    looks = ends[:, None] - span * np.linspace(0.0, 1.0, _LOOKS)
+    ranges = np.ptp(run(np.maximum(looks, 0.0).ravel())[:n].reshape(n, *looks.shape), axis=2)
+    return bool(np.any(np.all(ranges <= _WAITING * after[:, None], axis=0)))
 
 
 def _of_free(run: Run) -> Guess:

@@ -12,7 +12,7 @@ from symfric.model.scene import Scene, check_scene
 from symfric.orbits.cycle.orbit import Orbit
 from symfric.orbits.cycle.properties import orbit_of
 from symfric.orbits.flow_map import FlowMap, flow_of
-from symfric.orbits.guess import Fades, Grows, Guess, settled
+from symfric.orbits.guess import EndsEarly, Fades, Grows, Guess, Waits, settled
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 
 _VANISHED = 1e-6  # range relative to that of the guess below which Newton's method has found an equilibrium
@@ -76,7 +76,7 @@ def found_cycle(
     if guess is not None:
         return orbit_at(scene, flow, values, guess)
     forcing = flow.period(values) if flow.period else None
-    reason, settling, unstable = "", False, None
+    reason, waits, settling, unstable = "", "", False, None
     for patience in _PATIENCE:
         settling = False
         try:
@@ -90,6 +90,12 @@ def found_cycle(
         except Grows as failure:
             reason = str(failure)
             break
+        except EndsEarly as failure:
+            reason = reason or str(failure)  # what a shorter run has told says more
+            break
+        except Waits as failure:
+            waits = str(failure)
+            continue
         except NotFound as failure:
             reason = str(failure)
             continue
@@ -100,7 +106,7 @@ def found_cycle(
         return unstable
     if settling:
         raise Fades("the motion still shrinks after the longest wait and settles to no cycle")
-    raise NotFound(reason)
+    raise NotFound(waits or reason)
 
 
 def values_of(scene: Scene) -> dict[str, float]:
