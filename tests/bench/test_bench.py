@@ -43,6 +43,7 @@ def result(folder):
     return json.loads(outcome.output)
 
 
+@pytest.mark.long(beside="test_our_own_errors_stay_within_the_tolerance_and_every_event_is_found")
 def test_every_installed_solver_has_a_curve_and_every_other_is_named(result):
     everyone = peers().values()
     assert {c["solver"] for c in result["curves"]} == {p.name for p in everyone if "P1" in p.problems and not p.missing}

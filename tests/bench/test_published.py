@@ -60,6 +60,7 @@ def test_of_several_events_in_a_step_the_reference_takes_the_first():
     assert np.max(np.abs(found - sf.simulate(short, 1e-12).final)) < 1e-9  # an event missed by 2 ms is 1e-2
 
 
+@pytest.mark.long(beside="test_references_are_met")
 def test_events_at_known_times_cost_little():
     cost = {row.wanted: row.seconds for row in known_times.instant_costs()}
     assert cost["one step in time"] < 3 * cost["plain"]

@@ -29,6 +29,7 @@ def run(*arguments):
     return subprocess.run(command(*arguments), capture_output=True, text=True, cwd=ROOT, timeout=180)
 
 
+@pytest.mark.long(beside="test_an_unknown_source_is_named")
 def test_one_source_in_full():
     done = run("foundation", "--json")
     assert done.returncode == 0, done.stderr

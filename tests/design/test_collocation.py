@@ -77,6 +77,7 @@ def test_least_energy(duration):
 PAUSES = [*product((1.0, 3e-3, 410.0), repeat=3), (410.0, 79.0, 1e-3), (410.0, 1.0, 1.0)]
 
 
+@pytest.mark.long(beside="test_fastest_move")
 @pytest.mark.parametrize("units", longer(PAUSES, [*PAUSES[:-2], PAUSES[-1]]))
 def test_a_move_with_a_pause_in_other_units(units):
     """The body rests at both ends of the element in which it moves: its speed counts there, not at the ends."""

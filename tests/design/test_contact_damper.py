@@ -87,6 +87,7 @@ def test_start_with_a_velocity():
     assert found.check["half cycles"].computed >= 1
 
 
+@pytest.mark.long(beside="test_rod_that_never_moves")
 def test_what_cannot_be_met_is_named():
     with pytest.raises(sf.NotFound, match=r"comes closest: it stays at .* m beyond the residual allowed") as told:
         contact_damper(rod(), {"mu_m": (0.055, 0.06)}, residual=1e-6)

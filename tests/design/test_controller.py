@@ -32,6 +32,7 @@ def test_the_border_of_a_sampled_damper_lies_where_its_cycle_appears(name, bound
     assert str(found.check).startswith("a little below, 50 motions settle")
 
 
+@pytest.mark.long(beside="test_a_bound_that_no_motion_violates_is_the_answer")
 def test_a_range_of_periods_is_decided_by_the_slowest_clock():
     starts = {"u": [0.1, 0.2, 0.4], "cmd": [1.0]}
     found = sf.design.controller(made(False), "D", (1, 30), (0.1, 0.2), starts=starts)

@@ -173,6 +173,7 @@ def test_no_point_of_a_dense_grid_is_better(name, speeds, other, minimise):
     assert bounds["Omega"][0] * (1 - 1e-12) <= found.values["Omega"] <= bounds["Omega"][1] * (1 + 1e-12)
 
 
+@pytest.mark.long(beside="test_infeasible_names_speed_and_missing_damping")
 def test_feasible_intensities_fall_into_islands():
     # the Gauss law is stable just above the fastest belt, unstable beyond, and stable again with fast shaking
     near = quench(scene("gauss"), speeds=(0, 0.05), **BOUNDS)

@@ -75,6 +75,7 @@ def test_ratio_for_other_laws_against_a_dense_grid(name, speeds):
     assert found.check.agrees
 
 
+@pytest.mark.long(beside="test_the_least_ratio_on_fast_belts_is_that_of_thomsen_55")
 def test_the_error_of_averaging_falls_with_the_square_of_the_frequency():
     limits = {"friction": 0.1}
     errors = []
@@ -142,6 +143,7 @@ def test_limits_that_cannot_be_met_are_named():
         quench(scene(), (0.1, 0.3), **BOUNDS, follow=True, k=(1.05, 2.0), limits={"friction": 0.9})
 
 
+@pytest.mark.long(beside="test_the_scene_of_the_design_follows_a_belt_that_changes_its_speed")
 def test_a_scene_with_a_k_of_its_own_keeps_it():
     x, u = sp.symbols("x u", real=True)
     k, v_b, a, Omega = sp.symbols("k v_b a Omega", positive=True)

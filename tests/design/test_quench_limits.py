@@ -58,6 +58,7 @@ def test_friction_that_the_excitation_does_not_touch():
     assert found.active == free.active
 
 
+@pytest.mark.long(beside="test_no_friction_no_share_of_it")
 def test_constant_friction_inside_and_its_power():
     """(2/pi) asin(v/q) is left, and c q^2/2 + (2/pi) N mu sqrt(q^2 - v^2) is spent; q is the fastest belt's speed."""
     bounds = {"speeds": (0.1, 0.3), "Omega": (20, 60), "a": (0, 0.05), "margin": 0.5}

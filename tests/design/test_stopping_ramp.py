@@ -82,6 +82,7 @@ def slide(**changes):
     return sf.scenes.drive_slide(**{"mu1": 0.1, "mu2": 0.1, "p_star": 1.0, "epsilon": 0.05, **changes})
 
 
+@pytest.mark.long(beside="test_a_short_ramp_is_an_abrupt_stop")
 def test_the_best_ramp_against_a_grid():
     found = positioning(slide(), "ramp", (0.0, 10.0), (0.5, 0.5))
     grid = np.linspace(0.2, 10, 50)

@@ -147,6 +147,7 @@ def test_two_wells_with_damping():
     assert found.plot().get_xlabel() == "x"
 
 
+@pytest.mark.long(beside="test_forced_diagram_is_the_resonance_curve")
 def test_forced_wells_hold_a_cycle_each_or_one_chaotic_motion():
     force = X - X**3 - C * U + F * sp.cos(sf.TIME)
     row = {"x": [-1.5, -0.5, 0.5, 1.5]}

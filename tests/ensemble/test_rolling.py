@@ -121,6 +121,7 @@ def test_fixed_steps_are_of_first_order_in_the_peaks_and_erratic_in_the_residual
     assert residual[0] > 20 * peak[0]
 
 
+@pytest.mark.long(beside="test_peaks_under_records")
 def test_the_table_is_made_from_a_folder_of_records(tmp_path, motions):
     for k, motion in enumerate(motions):
         numbers = "\n".join(f"{a / 9.81:.7E}" for a in motion.samples[:300])

@@ -89,6 +89,7 @@ def marched(library, state, steps):
     return state
 
 
+@pytest.mark.long(beside="test_inputs_of_the_unit_are_followed")
 @compiled
 def test_bits_and_clock_are_those_of_python_after_many_steps(forced):
     s = sf.export.stepper(FORCED, 1e-3)
@@ -168,6 +169,7 @@ def unit(tmp_path_factory):
     return str(place)
 
 
+@pytest.mark.long(beside="test_the_documented_program_runs")
 @compiled
 def test_the_unit_runs_to_the_numbers_of_the_event_driven_solution(unit):
     import fmpy

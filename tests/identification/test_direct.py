@@ -36,6 +36,7 @@ def test_the_steady_curve():
         sf.test_design(fit, {"v_b": [0.1]})
 
 
+@pytest.mark.long(beside="test_the_steady_curve")
 def test_standard_errors_of_the_curve_are_those_of_many_records():
     names, found = list(BOUNDS), []
     for seed in range(14):

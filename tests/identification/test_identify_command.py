@@ -27,6 +27,7 @@ def fitted(tmp_path_factory):
     return folder, json.loads(result.stdout)
 
 
+@pytest.mark.long(beside="test_the_page_stands_alone_and_says_the_numbers")
 def test_the_law_behind_the_example(fitted):
     _, data = fitted
     found = data["fit"]
@@ -122,6 +123,7 @@ def test_columns_that_measure_nothing_are_left_out(tmp_path):
     assert np.all(np.diff(found["gauge"][0]) > 0)
 
 
+@pytest.mark.long(beside="test_the_page_stands_alone_and_says_the_numbers")
 def test_a_robust_loss_and_an_unknown_at_its_bound(tmp_path):
     """Three spoilt samples, and the static coefficient bounded below its value."""
 

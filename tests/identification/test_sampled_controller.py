@@ -45,6 +45,7 @@ def test_unknowns_come_back_within_their_errors(motion, names):
     assert fit.unidentifiable == ()
 
 
+@pytest.mark.long(beside="test_derivatives_of_records_by_gains_and_dead_time")
 def test_exact_records_give_exact_values_from_another_start(motion):
     records = {"x": (TIMES, motion[0]), "command": (TIMES, motion[2])}
     start = plant(K=14.0, mu_k=0.42)

@@ -63,6 +63,7 @@ def test_the_error_with_drag_is_that_of_the_motion(e):
             assert run[name] == pytest.approx(tight[name], rel=30 * tolerance + 1e-13), (name, tolerance)
 
 
+@pytest.mark.long(beside="test_a_ball_without_drag")
 @pytest.mark.parametrize("e", [0.3, 0.6, 0.9])
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-9])
 def test_derivatives_of_a_ball(e, tolerance):

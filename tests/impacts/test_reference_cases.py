@@ -116,6 +116,7 @@ def rod(mu, start, horizon=2.0):
     return sf.Scene(system, contacts, initial=dict(zip(system.states, start, strict=True)), horizon=horizon)
 
 
+@pytest.mark.long(beside="test_a_sphere_slips_until_it_rolls")
 def test_a_falling_rod_slips_both_ways_and_lands_flat():
     scene = rod(0.3, [0.5 * math.sin(0.1), 0.5 * math.cos(0.1), 0.1, 0, 0, 0])
     run = sf.simulate(scene, tolerance=1e-12).checked()

@@ -40,6 +40,7 @@ def landing_bars():
     return landing_bar(sf.laws.coulomb(STATIC, MU)), landing_bar(sf.laws.coulomb(MU))
 
 
+@pytest.mark.long(beside="test_contacts_that_rest_and_slide_in_one_impact")
 @pytest.mark.parametrize("angle", [-0.7, -0.4, 0.3, 0.6])
 @pytest.mark.parametrize("static", [0.2, 0.5, 1.2])
 def test_a_bar_that_lands_without_slip_is_held_by_static_friction(angle, static, landing_bars):

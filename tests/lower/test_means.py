@@ -132,6 +132,7 @@ def belt(q, **given):
 FEW = sf.Taylor(order=4)
 
 
+@pytest.mark.long(beside="test_explain_says_what_is_built_in")
 @pytest.mark.parametrize("route", longer([FEW, sf.Integrators("cvodes")], [FEW]))
 def test_a_program_stays_right_for_another_intensity(route):
     program = sf.prepare(belt(0.05), 1e-6, route)
@@ -151,6 +152,7 @@ def test_explain_says_what_is_built_in():
     assert "q" in [s.name for s in lower(belt(0.05), (), frozenset({"q"})).parameters]
 
 
+@pytest.mark.long(beside="test_means_of_means_are_short_too")
 @pytest.mark.parametrize("name", longer(["stribeck", "square root", "regularised"], ("square root", "regularised")))
 def test_motions_pass_the_fast_speed(name):
     """The slip goes through q, where the law has no Taylor series, both ways and many times."""

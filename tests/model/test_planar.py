@@ -126,6 +126,7 @@ def test_falling_rod_slips_where_the_pinned_one_asks_for_more_friction():
     assert abs(F / N) == pytest.approx(mu, rel=1e-9)
 
 
+@pytest.mark.long(beside="test_a_line_that_moves_with_time")
 def test_an_eccentric_cam_and_its_expression_are_one():
     y, v = sp.symbols("y v", real=True)
     e, R, w = sp.Rational(1, 5), 1, 6

@@ -23,6 +23,7 @@ def test_a_block_stops_where_the_closed_form_says(slope, mu, direction):
     assert (run["down"], run["across"]) == pytest.approx((rest.downslope, rest.cross), abs=1e-11)
 
 
+@pytest.mark.long(beside="test_a_length_at_a_time_of_a_mass_that_starts_from_rest")
 def test_a_shaken_block_creeps_and_one_at_rest_does_not():
     down = [
         sf.simulate(sf.scenes.block_on_incline(slope=0.2, mu=0.3, a=a, Omega=20.0))["down"] for a in (0.0, 1.0, 4.0)
@@ -31,6 +32,7 @@ def test_a_shaken_block_creeps_and_one_at_rest_does_not():
     assert down[2] > 0.01
 
 
+@pytest.mark.long(beside="test_a_length_at_a_time_of_a_mass_that_starts_from_rest")
 def test_an_isolator_shaken_along_a_line_is_one_along_that_line():
     alone = sf.Signal(np.zeros(2), PAIR[0].dt)
     line = sf.simulate(pendulum(motions=(PAIR[0], alone)), tolerance=1e-12)
@@ -60,6 +62,7 @@ def test_the_largest_length_of_a_vector_is_that_of_its_path_with_derivatives():
     assert run["size"] >= length.max() * (1 - 1e-9)
 
 
+@pytest.mark.long(beside="test_a_block_stops_where_the_closed_form_says")
 def test_the_derivative_of_a_length_is_that_of_the_closed_form():
     given = {"slope": 0.2, "mu": 0.5, "speed": 1.3, "direction": 1.2}
     asked = {"far": sf.Max(sp.sqrt(X**2 + Y**2)), "square": sf.Max(X**2 + Y**2), "down": sf.At(Y)}
@@ -85,6 +88,7 @@ def test_a_length_at_a_time_of_a_mass_that_starts_from_rest():
     assert program.map({"mu": [0.06, 0.1]})["at 2.0"][0] == pytest.approx(run["at 2.0"], rel=1e-12)
 
 
+@pytest.mark.long(beside="test_a_length_at_a_time_of_a_mass_that_starts_from_rest")
 def test_derivatives_of_a_length_at_a_time():
     asked = {"r": sf.At(sp.sqrt(X**2 + Y**2), 0.1), "square": sf.At(X**2 + Y**2, 0.1)}
     given = {"slope": 0.2, "mu": 0.5, "speed": 1.3, "direction": 1.2}

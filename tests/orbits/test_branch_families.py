@@ -109,6 +109,7 @@ def test_an_event_at_the_start_of_the_period_is_no_special_point():
     assert branch.ends == ("span", "span")
 
 
+@pytest.mark.long(beside="test_a_stick_through_the_start_of_the_period_begins_once")
 def test_a_slip_that_begins_is_no_least_slip():
     """It starts from zero and turns there by rounding; the least slip of the orbit comes later."""
     own = two_masses(18).own.at("v_b", 0.10295088036057867)

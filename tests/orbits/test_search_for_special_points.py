@@ -45,6 +45,7 @@ def two_joints():
     return scene, "N", [0.7, 0.2, -0.4, 0.6, 0.1, -0.3]
 
 
+@pytest.mark.long(beside="test_beyond_a_jump_the_branch_goes_on_with_a_stable_cycle_where_one_is_found")
 @pytest.mark.parametrize("made", [forced_floor, moving_load, two_joints])
 def test_slopes_of_what_static_friction_can_bear_where_slips_end(made):
     scene, name, start = made()

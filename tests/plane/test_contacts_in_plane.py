@@ -156,6 +156,7 @@ def test_derivatives_pass_stops_and_releases():
         assert derivative == pytest.approx((ends[0] - ends[1]) / 2e-5, abs=5e-7)
 
 
+@pytest.mark.long(beside="test_maps_have_the_bits_of_single_runs")
 def test_cycle_with_multipliers_and_maps():
     scene = dragged()
     orbit = sf.limit_cycle(scene, tolerance=1e-13)
@@ -185,6 +186,7 @@ def test_friction_across_the_sliding_direction_damps():
     assert dict(sf.equilibrium(scene).sliding) == {"table": pytest.approx(0.2)}
 
 
+@pytest.mark.long(beside="test_coupled_springs_stop_where_two_methods_say")
 def test_contacts_in_the_plane_and_along_a_line_together():
     X, U = sp.symbols("X U", real=True)
     force = [-x + 0.9 * sp.cos(t), -2 * y + 0.4 * sp.sin(1.3 * t), -X]

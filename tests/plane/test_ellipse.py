@@ -139,6 +139,7 @@ def test_outputs_are_those_of_the_slip_and_the_force_themselves():
     assert run["v"] == pytest.approx(math.hypot(*v), rel=1e-12)
 
 
+@pytest.mark.long(beside="test_a_free_block_stops_along_the_invariant_of_the_ellipse")
 def test_derivatives_by_a_factor():
     k = sp.Symbol("k", positive=True)
     scene = block([0, 0], [0, 0, 1.0, 0.8], 10.0, (1, k), values={k: 0.5}, outputs={"x": sf.At(x), "y": sf.At(y)})

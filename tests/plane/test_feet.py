@@ -162,6 +162,7 @@ def roughly(n):
     return program(n, 1e-8)
 
 
+@pytest.mark.long(beside="test_a_spin_ends_on_all_feet_at_once")
 def test_feet_come_to_rest_together_at_any_tolerance():
     """The speeds of all feet fall to zero as one; an error of the run does not tell which is the first."""
     rng = np.random.default_rng(3)
@@ -257,6 +258,7 @@ def rising(program, feet, loads, rises, start=NONE, **others):
     return program.run(values=values, initial=start).checked()
 
 
+@pytest.mark.long(beside="test_derivatives_of_common_starts_of_two_feet_are_differences")
 @pytest.mark.parametrize("n", longer([2, 3], [3]))
 def test_derivatives_of_a_common_start_have_closed_forms(n):
     """A couple c t turns it from mu N r on; the integral moves with the start alone where feet are at rest before."""
@@ -327,6 +329,7 @@ def test_derivatives_of_common_starts_are_differences(which):
 STOOD_STILL = (22, 26, 21, 37, 1)
 
 
+@pytest.mark.long(beside="test_a_spin_ends_on_all_feet_at_once")
 @pytest.mark.parametrize("seed", longer(STOOD_STILL, [22, 26, 37, 1]))
 def test_the_last_forces_at_rest_are_found(seed):
     """Near the limit surface forces are well told although its curvature is tiny: the sticking ends."""

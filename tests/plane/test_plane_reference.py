@@ -45,6 +45,7 @@ def test_block_turns_fast_on_an_incline_without_a_stop(delta):
     assert motion.final == pytest.approx(expected, abs=1e-10)
 
 
+@pytest.mark.long(beside="test_block_stops_on_an_incline")
 def test_polar_taylor_series_of_the_incline():
     mu = 1.5 * math.tan(SLOPE)
     time, down, across = polar_incline(SLOPE, mu, 1.0, math.pi / 2, digits=20)
@@ -116,6 +117,7 @@ def test_stick_slip_on_a_line_is_that_of_a_line_contact(angle):
 # -- against friction regularised at decreasing speed
 
 
+@pytest.mark.long(beside="test_redundant_contacts_share_with_the_least_use")
 def test_regularised_incline_creeps_with_the_speed_eps():
     mu = 1.5 * math.tan(SLOPE)
     rest = sf.theory.plane.incline_stop(SLOPE, mu, 1.0)

@@ -74,6 +74,7 @@ def test_with_a_drop_of_friction_and_derivatives():
         assert runs[0].sensitivities[name] == pytest.approx(runs[1].sensitivities[name], abs=1e-5)
 
 
+@pytest.mark.long(beside="test_advice_is_one_that_can_be_followed")
 def test_they_rest_to_the_last_bit():
     scene = slab(FAMILY["turned and mirrored"])
     still = sf.Scene(
@@ -89,6 +90,7 @@ def test_they_rest_to_the_last_bit():
     assert run.final[:2] == pytest.approx(sf.simulate(still.until(10.0), tolerance=1e-13).final[:2], abs=1e-15)
 
 
+@pytest.mark.long(beside="test_advice_is_one_that_can_be_followed")
 def test_turned_frames_hold_what_one_contact_holds():
     """A disc turned is the same disc, though no component of its slip is one of the other's."""
     one = one_contact()
@@ -102,6 +104,7 @@ def test_turned_frames_hold_what_one_contact_holds():
     assert run.energy_residual() < 1e-11
 
 
+@pytest.mark.long(beside="test_advice_is_one_that_can_be_followed")
 def test_a_warning_names_each_contact_once(caplog):
     names = tuple(f"foot {k}" for k in range(3))
     warn_of_redundance.cache_clear()  # each set of names is told once

@@ -154,6 +154,7 @@ def written(request, tmp_path_factory):
     return request.param, place
 
 
+@pytest.mark.long(beside="test_mathematics_of_strange_names_is_text")
 def test_texts_are_nothing_but_text(written):
     name, place = written
     text = place.read_text(encoding="utf-8")
@@ -165,6 +166,7 @@ def test_texts_are_nothing_but_text(written):
         assert any(EVIL in v for v in seen.values)  # what is said of a picture
 
 
+@pytest.mark.long(beside="test_mathematics_of_strange_names_is_text")
 def test_errors_on_a_page_are_text():
     """What could not be answered is said with the reason, which quotes names."""
     text = scene(EVIL, "m").replace('force = "-k*x - c*u"', 'force = "k*x - c*u"')

@@ -86,6 +86,7 @@ def test_a_file_and_its_scene_in_python_are_one():
     assert one["rubbed"] == pytest.approx(other["rubbed"], rel=1e-12)
 
 
+@pytest.mark.long(beside="test_the_sketch_shows_open_contacts")
 def test_the_page_shows_gaps_impacts_and_the_contacts(result):
     assert result.motion.value.status == "OK"
     shares = result.openings.value

@@ -18,6 +18,7 @@ def asked(name):
     return file.scene, safe_speed(file.scene, plan, onset)
 
 
+@pytest.mark.long(beside="test_a_vibration_that_sets_in_gently_ends_at_the_onset")
 def test_a_vibration_goes_on_beyond_the_onset_and_ends_at_the_speed_that_is_said():
     scene, found = asked("brake_pad")
     assert found.overhangs

@@ -53,6 +53,7 @@ def test_a_table_is_the_call_of_its_function():
     assert found.values == sf.design.damper(belt, "beta", (0, 1), (0.3, 0.45)).values
 
 
+@pytest.mark.long(beside="test_designs_are_in_the_data")
 def test_ready_scenes_are_designed_from_files():
     tables = {
         SLIDE + '[design.positioning]\nparameter = "sigma"\nbounds = [0, 1]\nspeeds = [1.25, 5]\n': {"sigma": 0.154719},
@@ -213,6 +214,7 @@ def rod():
     return study(read_scene_text(ROD + "[design.contact_damper]\nbounds = { f_n = [4, 9] }\n" + impossible + units))
 
 
+@pytest.mark.long(beside="test_designs_are_in_the_data")
 def test_the_page_shows_every_design(rod):
     text = page(rod)
     assert text.index('id="damper"') < text.index('id="contact_damper"') < text.index('id="how"')
@@ -235,6 +237,7 @@ def test_designs_are_in_the_data(rod):
     assert set(found["values"]) == {"f_n"}
 
 
+@pytest.mark.long(beside="test_designs_are_in_the_data")
 def test_a_damper_is_compared_with_thomsen():
     file = read_scene_text(BELT + DAMPER + "speeds = [0.3, 0.45]\n")
     made = file.plan("damper")(file.scene)

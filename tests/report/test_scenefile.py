@@ -500,6 +500,7 @@ def empty_folder(tmp_path_factory):
     os.chdir(before)
 
 
+@pytest.mark.long(beside="test_any_file_is_read_or_refused")
 @settings(max_examples=100, deadline=None)
 @given(st.one_of(st.text(max_size=200), st.lists(WORDS, max_size=30).map("".join)))
 def test_any_expression_is_read_or_refused(empty_folder, text):

@@ -21,6 +21,7 @@ def data():
     return {name: FEWER.get(name, entry.compute)(Inputs()) for name, entry in slide_figures.FIGURES.items()}
 
 
+@pytest.mark.long(beside="test_motions_of_the_source_s_figures")
 def test_the_maps_have_the_source_s_panels_and_curves(data):
     maps = data["guida-5"]
     assert [m.p_star for m in maps] == [-0.1, -0.2, -0.3, -0.4, -0.5, -0.6, -0.7, -0.8]

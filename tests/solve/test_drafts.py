@@ -119,6 +119,7 @@ def own_rules(monkeypatch):
         made.cache_clear()
 
 
+@pytest.mark.long(beside="test_rules_that_are_compiled_fast_end_at_the_same_bits")
 @pytest.mark.usefixtures("own_rules")
 def test_the_rules_of_a_table_are_compiled_once(monkeypatch):
     """Whatever the scene and, within a few orders, the tolerance."""

@@ -239,6 +239,7 @@ def test_pairs(first, second):
     check(first, second)
 
 
+@pytest.mark.long(beside="test_pairs")
 def test_a_profile_that_jumps_is_refused_in_the_plane():
     with pytest.raises(sf.SceneError, match="profile of contact 'contact cells_of_a_floor' jumps; beside contact"):
         beside(*(alone(name)[0] for name in REFUSED))
@@ -250,6 +251,7 @@ def test_in_the_plane_beside_laws_with_memory(law):
     check("block_in_the_plane", law)
 
 
+@pytest.mark.long(beside="test_pairs")
 @pytest.mark.parametrize("beside_of", ["plane", "floor"])
 def test_many_kinks_at_one_instant(beside_of):
     """Each kink starts on the side of its velocity, also beside contacts whose modes are tried one after the other."""

@@ -222,6 +222,7 @@ def test_instants_that_coincide_for_some_values_alone_have_no_derivative(first, 
         assert np.all(np.isnan(run.sensitivities["T"]))
 
 
+@pytest.mark.long(beside="test_derivatives_by_a_delay_beyond_a_period")
 def test_continuation_in_a_delay_beyond_a_period():
     cmd = sf.Held("cmd", update=-2 * x - 0.6 * u, every=0.1, delay=tau)
     scene = plant(cmd.symbol + sp.sin(sp.pi * sf.TIME), 60.0, values={tau: 0.25}, held=[cmd])

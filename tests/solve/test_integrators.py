@@ -203,6 +203,7 @@ def test_short_slips_of_an_excited_belt_are_found(name, tolerance):
     assert np.max(np.abs(np.subtract([e.t for e in exact.events], [e.t for e in run.events]))) < 100 * tolerance
 
 
+@pytest.mark.long(beside="test_a_motion_that_ends_in_infinity_is_a_status_in_bounded_time")
 def test_a_law_with_a_pole_beyond_rest_ends_in_bounded_time():
     code = """
 import symfric as sf

@@ -97,6 +97,7 @@ def test_a_block_that_bounces_on_a_spring(push, route):
             assert [(e.before, e.after) for e in run.events] == [(1, 0)] * (push > 0)  # and sticks from then on
 
 
+@pytest.mark.long(beside="test_a_load_that_ends_at_a_place")
 def test_a_load_that_touches_zero_and_returns():
     for load in (1 + sp.sin(T), 1 - sp.cos(T), sp.sin(T) ** 2, (X - sp.Rational(1, 2)) ** 2):
         scene = one_mass(load, law=sf.laws.coulomb(0.4), start=(1.0, 0.2))

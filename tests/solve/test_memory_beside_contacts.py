@@ -98,6 +98,7 @@ def creeping(times, mu_b=0.2):
     return found
 
 
+@pytest.mark.long(beside="test_sliders_beside_creep_yield_and_return_either_way")
 def test_creep_beside_dry_friction_against_an_independent_writing():
     times = np.linspace(0.1, 2.0, 12)
     x, y = sp.symbols("x y", real=True)

@@ -46,6 +46,7 @@ def crossing(b):
     return first_crossing(b, n, 1.0, b[0], total, COLUMNS, TABLE, stack, found, own)
 
 
+@pytest.mark.long(beside="test_polish_survives_a_vanishing_slope")
 def test_a_guard_that_starts_at_zero_without_a_slope():
     assert crossing([0.0, 0.0, 1.0, -0.5]) == 2.0
     assert crossing([0.0, 0.0, -1.0, 0.5]) == pytest.approx(0.0, abs=1e-15)
@@ -188,6 +189,7 @@ def test_polish_survives_a_vanishing_slope():
     assert polish(b, 3, 0.0, 1.0, b[0], 0.125) == pytest.approx(0.5, abs=1e-5)
 
 
+@pytest.mark.long(beside="test_range_grows_only")
 @derandomized
 @given(b=st.lists(st.floats(-5, 5), min_size=2, max_size=10))
 def test_range_contains_every_sample_and_is_attained(b):

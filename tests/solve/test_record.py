@@ -50,6 +50,7 @@ def test_every_profile_is_taken_in_closed_form(profile):
     assert "from sample to sample in closed form" in sf.explain(scene).answers["exact"]
 
 
+@pytest.mark.long(beside="test_a_long_record_keeps_its_accuracy_when_the_step_is_cut")
 @settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 10**6), dt=st.sampled_from([0.005, 0.02, 0.3]), C=st.sampled_from([0.0, 0.1, 3.0, 20.0]))
 def test_random_records_and_dampings(seed, dt, C):

@@ -203,6 +203,7 @@ def test_the_length_is_that_of_the_series_written_out():
         assert 0.3 < length(read(field)[0], 17) / right < 2
 
 
+@pytest.mark.long(beside="test_a_force_of_hundreds_of_terms_is_a_table")
 def test_hundreds_of_harmonics_of_time_are_no_states():
     """The route `exact` would have two states for each."""
     force = sp.Add(*(sp.sin(k * sf.TIME / 7) / k for k in range(1, 301))) - x

@@ -16,6 +16,7 @@ def computed(op, values):
     return float(ca.SX.unary(op, *values) if len(values) == 1 else ca.SX.binary(op, *values))
 
 
+@pytest.mark.long(beside="test_what_cancels_leaves_a_narrow_interval")
 @pytest.mark.parametrize(("op", "count"), OPERATIONS)
 def test_all_values_lie_in_the_trend(op, count):
     rng = np.random.default_rng(op)

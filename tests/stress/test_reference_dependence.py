@@ -44,6 +44,7 @@ def bounds(*values):
     return {f"N{i + 1}": value for i, value in enumerate(values)}
 
 
+@pytest.mark.long(beside="test_no_force_on_contacts_without_load_is_no_tie")
 @ROUTES
 def test_contacts_side_by_side_hold_the_sum_of_their_bounds(route):
     system = sf.System(q=[X], u=[U], mass=[[1]], force=[T])
@@ -73,6 +74,7 @@ def test_a_slip_of_a_billionth_has_the_whole_friction(route):
             assert any(t == pytest.approx(0.55, abs=2 * apart + 1e-7) for t in times)
 
 
+@pytest.mark.long(beside="test_a_joint_without_load_that_closes_a_loop_changes_nothing")
 @ROUTES
 def test_two_masses_in_a_loop_with_the_ground(route):
     # the pushed mass is held by the ground, and by as much as the joint and the ground below the other mass carry both

@@ -87,6 +87,7 @@ def _kept(program):
     return size
 
 
+@pytest.mark.long(beside="test_a_motion_that_explodes_ends_with_a_status")
 def test_long_horizon_takes_no_memory_when_only_scalars_are_wanted():
     program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=1e6).wanting(WANTED), 1e-9)
     size = _kept(program)

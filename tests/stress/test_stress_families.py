@@ -176,6 +176,7 @@ def wrong_reference(monkeypatch, comparison, off=0.0, scatter=0.0, alternatives=
     monkeypatch.setattr(comparison.reference, "run", other)
 
 
+@pytest.mark.long(beside="test_a_run_that_raises_is_a_failure")
 def test_a_wrong_reference_is_a_failure_of_its_side(monkeypatch):
     comparison = prepared("belt", 0)
     wrong_reference(monkeypatch, comparison, off=0.1)
@@ -185,6 +186,7 @@ def test_a_wrong_reference_is_a_failure_of_its_side(monkeypatch):
     assert "route integrators" in found.note
 
 
+@pytest.mark.long(beside="test_another_admissible_motion_is_named")
 def test_a_motion_is_sensitive_only_if_both_methods_say_so(monkeypatch):
     comparison = prepared("belt", 0)
     wrong_reference(monkeypatch, comparison, scatter=0.1)  # a reference that changes by itself, and a run that does not
@@ -199,6 +201,7 @@ def test_another_admissible_motion_is_named(monkeypatch):
     assert comparison.verdict(1).verdict == "not unique"
 
 
+@pytest.mark.long(beside="test_slips_that_differ_by_a_billionth")
 def test_a_reference_without_an_answer_is_replaced_by_a_third_method(monkeypatch):
     comparison = prepared("belt", 0)
     run = comparison.reference.run
@@ -267,6 +270,7 @@ def test_a_wrong_derivative_would_be_seen():
     assert comparison.judged(1.01 * right, run.final, draw, direction)[0] == "silent failure"
 
 
+@pytest.mark.long(beside="test_a_wrong_run_would_be_seen")
 def test_an_onset_in_the_wrong_place_would_be_seen(monkeypatch):
     found = prepared("branch", 3)
     continued = orbit_comparison.continue_cycle

@@ -94,6 +94,7 @@ def test_against_series_with_contacts_of_every_kind(seed):
         assert (a["force"], a["work"]) == pytest.approx((b["force"], b["work"]), abs=1e-10)
 
 
+@pytest.mark.long(beside="test_what_is_held_by_one_coordinate_does_not_creep")
 def test_the_rule_and_what_is_refused():
     n, rows = 6, np.eye(6)[:2] + 0.1
     structure = st.Structure(np.eye(n), np.diag(np.arange(1.0, 7.0)))

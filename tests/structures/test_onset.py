@@ -45,6 +45,7 @@ def test_mode_coupling_under_coulomb_friction_has_no_cubic_coefficient():
     assert found.kind == "degenerate"
 
 
+@pytest.mark.long(beside="test_small_cycles_of_a_chain_are_those_of_its_hopf_coefficient")
 def test_from_the_onset_along_limit_cycles_to_lift_off():
     s = st.Structure(np.eye(2), [[1.05, 0.2], [0.2, 0.0]], 0.02 * np.eye(2), names=["x", "y"])
     load = st.RowLoad(1.0, {"y": 1.0}, push={"y": -1.0})

@@ -104,6 +104,7 @@ def test_its_onset_of_flutter():
         assert st.flutter(s, (0, 0.4), count=2).critical[0].mu == pytest.approx(exact, rel=1e-10)
 
 
+@pytest.mark.long(beside="test_rows_over_all_degrees_of_freedom_where_both_numbers_agree")
 def test_forces_and_observed_rows_of_a_reduced_structure():
     full = st.chain(40, damping=0.05)
     tip = np.zeros(40)

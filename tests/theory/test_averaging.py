@@ -121,6 +121,7 @@ def simulated(h, omega, guess):
     return abs(q[-1] - q[-2]) / 2, 2 * np.pi / (t[-1] - t[-3])
 
 
+@pytest.mark.long(beside="test_order_two_takes_pure_slip_only")
 def test_second_order_for_other_polynomials():
     x, u = sp.symbols("x u", real=True)
     e = sp.Symbol("e", positive=True)

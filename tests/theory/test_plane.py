@@ -360,6 +360,7 @@ def test_disc_loses_its_energy_in_plain_time(v, omega, inertia):
     assert run.y[3, -1] + left.angle == pytest.approx(found.angle, rel=1e-10)
 
 
+@pytest.mark.long(beside="test_disc_loses_its_energy_in_plain_time")
 @pytest.mark.parametrize(
     "start", longer([(0.3, 0.4, 1.0), (1.2, -0.5, 0.3)], [(0.3, 0.4, 1.0)])
 )  # one passes v = R omega

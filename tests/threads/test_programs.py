@@ -103,6 +103,7 @@ def test_limit_cycles_with_one_cached_flow(rounds):
             assert [i for i, found in part if not np.array_equal(found, serial[i])] == []
 
 
+@pytest.mark.long(beside="test_one_program_with_different_values")
 def test_a_program_runs_inside_its_own_progress_callback():
     program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=1.2e6).wanting({"high": sf.Max(X)}))
     plain, inner = program.run(), []
@@ -315,6 +316,7 @@ def test_programs_pickle(options):
     assert difference(program.run({"v_b": 0.3}), copy.run({"v_b": 0.3})) == ""
 
 
+@pytest.mark.long(beside="test_one_program_with_different_values")
 def test_a_program_that_is_let_go_takes_its_memory_with_it():
     program = program_of("series")
     together(lambda _: program.run())
