@@ -12,12 +12,11 @@ cam = sf.scenes.cam_follower(m=m, k=k, preload=preload, h=h, Omega=50.0, e=0.3, 
 limit = sqrt(k * (2 * h + preload) / (m * h))  # without damping
 print(f"lifts off above {60 * limit / (2 * pi):.0f} rpm without damping")
 
-least = sf.Min(sf.normal_force("cam"))
+turning = sf.prepare(cam.wanting({"least": sf.Min(sf.normal_force("cam"))}), 1e-11)
 low, high = 0.8 * limit, 1.5 * limit
 for _ in range(40):  # with damping: where the least normal force becomes zero
     middle = 0.5 * (low + high)
-    turning = cam.where({"Omega": middle}).wanting({"least": least})
-    low, high = (middle, high) if sf.simulate(turning, 1e-11)["least"] > 1e-9 else (low, middle)
+    low, high = (middle, high) if turning.run({"Omega": middle})["least"] > 1e-9 else (low, middle)
 print(f"with the damping of 2 N s/m above {60 * low / (2 * pi):.0f} rpm")
 
 run = sf.simulate(cam.where({"Omega": 1.2 * low}))
