@@ -49,7 +49,8 @@ def gives_way(coefficients):
     return minimize(needed, (0.1, 0.1), method="Nelder-Mead", options={"xatol": 1e-12, "fatol": 1e-13}).fun / m
 
 
-runs = {c: sf.simulate(scene.where({worn: c})).checked() for c in (mu, 0.3)}
+program = sf.prepare(scene)
+runs = {c: program.run({worn: c}).checked() for c in (mu, 0.3)}
 for c, run in runs.items():
     began = 6.5 * sin(rate * run.events[0].t)
     print(f"foot of {c}: moves at {began:.6f} m/s2, by the least work at {gives_way((c, mu, mu)):.6f}")
