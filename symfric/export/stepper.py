@@ -24,7 +24,9 @@ from symfric.solve.routes import simulate
 if TYPE_CHECKING:
     import xarray
 
-_MOST_STEPS = 50_000  # of a comparison with the event-driven solution
+_MOST_STEPS = 50_000  # up to the horizon; of a time that is asked for
+_MOST_ASKED = 10_000_000
+_MOST_EVENTS = 100  # of one step, each with its own code
 _TOLERANCE = 1e-11  # of that solution
 _LATE = 1e-12  # relative to the end, by which a time may be rounded
 #: What the status of a step says.
@@ -178,8 +180,14 @@ class Stepper:
         return float(np.max(np.max(np.abs(x - exact), axis=1) / sizes))
 
     def _steps(self, until: float | None) -> int:
-        end = self.scene.horizon if until is None else finite(until, "until")
-        return min(max(1, round(end / self.step)), _MOST_STEPS) if until is None else max(1, round(end / self.step))
+        if until is None:
+            return min(max(1, round(self.scene.horizon / self.step)), _MOST_STEPS)
+        end = finite(until, "until")
+        if not 0 < end / self.step <= _MOST_ASKED:
+            raise SceneError(
+                f"until is {end:g}, {end / self.step:.6g} steps; it must be positive, and at most {_MOST_ASKED} steps"
+            )
+        return max(1, round(end / self.step))
 
     def _inputs(self, t: float) -> np.ndarray:
         return np.array([float(s(t)) for s in self.scene.inputs.values()])
@@ -241,7 +249,7 @@ def stepper(scene: Scene, step: float, outputs: Mapping[str, sp.Expr] | None = N
     outputs : mapping of str to Expr, optional
         What a step shows besides the states; slip and friction force of every contact unless given.
     events : int
-        Most events in one step, 1 or more, which bounds the time that it takes.
+        Most events in one step, from 1 to 100, which bounds the time that it takes.
 
     Returns
     -------
@@ -276,8 +284,8 @@ def stepper(scene: Scene, step: float, outputs: Mapping[str, sp.Expr] | None = N
     length = finite(step, "step")
     if length <= 0:
         raise SceneError(f"step is {length:g}; it must be positive")
-    if not isinstance(events, int) or isinstance(events, bool) or events < 1:
-        raise SceneError(f"events is {shortened(events)}; give a whole number of 1 or more")
+    if not isinstance(events, int) or isinstance(events, bool) or not 1 <= events <= _MOST_EVENTS:
+        raise SceneError(f"events is {shortened(events)}; give a whole number from 1 to {_MOST_EVENTS}")
     check_scene(scene)
     refuse_planes(scene.contacts, "an exported model")
     _check_clocks(scene, length, events)

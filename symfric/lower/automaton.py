@@ -300,13 +300,15 @@ def _gauge(model: ContactDynamics) -> ca.Function:
     limits = ca.vertcat(model.load * model.static, model.load * model.at_rest) if model.planes else ca.SX(0, 1)
     out = (w, terms, pull, model.load, margin, forces, ca.vec(coupling), ca.vec(spread.T), slopes, edges.sizes, limits)
     names = ["w", "scale", "pull", "load", "margin", "forces", "coupling", "spread", "slopes", "edges", "limits"]
-    moving = [
-        e for s in model.springs if not isinstance(s, Clocks) for e in ca.vertsplit(s.variables)
-    ]  # then their forces are largest
-    shown = ca.substitute([ca.densify(e) for e in out], moving, [ca.SX(1)] * len(moving)) if moving else out
+    shown = [ca.densify(e) for e in out]
     if model.openings:
         pressed = [e.force for e in model.openings]
-        shown = ca.substitute([ca.densify(e) for e in shown], pressed, ca.vertsplit(least_normal_forces(model)))
+        shown = ca.substitute(shown, pressed, ca.vertsplit(least_normal_forces(model)))
+    moving = [
+        e for s in model.springs if not isinstance(s, Clocks) for e in ca.vertsplit(s.variables)
+    ]  # then their forces are largest; those of contacts that are pressed depend on them
+    if moving:
+        shown = ca.substitute([ca.densify(e) for e in shown], moving, [ca.SX(1)] * len(moving))
     shown = model.unswitched([ca.densify(e) for e in shown])
     return ca.Function("gauge", [model.y, model.t, model.p], shown, ["y", "t", "p"], names)
 

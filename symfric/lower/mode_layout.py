@@ -143,6 +143,16 @@ class ModeLayout:
         return self.first_clock - sum(c.guards for c in self.others if c.opens)
 
     @property
+    def first_plane(self) -> int:
+        """Index of the first guard of the others that is none of a contact behind a spring."""
+        return self.first_other + sum(c.guards for c in self.others if not (c.in_plane or c.opens or c.clocks))
+
+    @property
+    def may_jump(self) -> bool:
+        """Whether there are guards that the event of another may move across zero at its instant."""
+        return self.first_other < self.first_plane or self.first_crossing < self.n_guards
+
+    @property
     def partners(self) -> list[int]:
         """For every contact along a line, the other component of one in the plane, or -1."""
         partner_of = [-1] * len(self.lines)

@@ -46,9 +46,8 @@ class Variations:
         by row; the rate of every guard before the event and by how much (relative) its own time moves otherwise than
         tau; the derivatives of the slips before they are held, (n_c, n_s), row by row; how far (relative) a direction
         moves the state off zero of each gap, and off the edge of each switch at which a load jumps; the rate at which
-        feet lose their room. If there are
-        crossings, `given` is [1; tau] where the derivatives of the time are those of an event before, which made a
-        guard jump across zero, and zero otherwise.
+        feet lose their room. If there are crossings or contacts behind springs, `given` is [1; tau] where the
+        derivatives of the time are those of an event before, which made a guard jump across zero, and zero otherwise.
     start : casadi.Function
         ``p -> V(0)``, all columns.
     directions : tuple of str
@@ -202,7 +201,7 @@ def _jump(
         falls = ca.jacobian(room, y) @ rate + ca.jacobian(room, t)
         ends = ca.sumsqr(limit[:n_c]) > 0
         tau = ca.if_else(ends, -ca.densify(along(room)) / ca.if_else(ends, falls, 1), tau)
-    given = ca.SX.sym("given", 1 + V.shape[1] + W.shape[1] if layout.first_crossing < n_g else 0)
+    given = ca.SX.sym("given", 1 + V.shape[1] + W.shape[1] if layout.may_jump else 0)
     if given.numel():
         tau = ca.if_else(given[0] > 0.5, given[1 : 1 + V.shape[1]].T, tau)
         moves = ca.logic_or(moves, given[0] > 0.5)

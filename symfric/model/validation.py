@@ -288,6 +288,12 @@ def _check_gap(system: System, contact: Contact, numbers: dict[sp.Symbol, float]
         raise SceneError(f"restitution of contact {contact.name!r} is {restitution:.6g}; it must lie between 0 and 1")
 
 
+def negative_load(contact: Contact, numbers: dict[sp.Symbol, float]) -> float | None:
+    """Return the normal load of a contact where it is negative by more than rounding or no number, else None."""
+    normal = _number(contact.normal, numbers)
+    return None if normal is None or normal >= 0 or normal >= -_rounding(contact.normal, numbers) else normal
+
+
 def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.Symbol, float], horizon: float) -> None:
     """Raise unless the mass is positive definite and the normal loads are not negative at the start."""
     if system.mass is not None:
@@ -306,8 +312,7 @@ def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.
     for contact in contacts:
         if contact.unilateral is not None:
             _check_gap(system, contact, numbers, horizon)
-        normal = _number(contact.normal, numbers)
-        if normal is not None and not normal >= -_rounding(contact.normal, numbers):
+        if (normal := negative_load(contact, numbers)) is not None:
             raise SceneError(
                 f"normal of contact {contact.name!r} is {normal:.6g} at the start; it must not be negative"
             )

@@ -14,6 +14,7 @@ from symfric.model.results import BY_NAME, ArrayResult, Labelled
 from symfric.model.scene import Scene
 from symfric.model.symbols import SPEED
 from symfric.model.system import Contact
+from symfric.model.validation import negative_load
 from symfric.theory.sliding import Field, field_of
 from symfric.theory.springs_with_sliders import check_held, springs_of
 
@@ -83,7 +84,7 @@ def equilibrium(scene: Scene) -> Equilibrium:
     SceneError
         If the forces depend on time, or a contact does not slip while u = 0.
     NotFound
-        If no position balances the forces.
+        If no position balances the forces, or only some at which a normal load is negative.
 
     Notes
     -----
@@ -147,13 +148,21 @@ def solve(field: Field, p: np.ndarray, start: np.ndarray) -> np.ndarray:
     sizes = _sizes(field, p, origin, free)
     starts = [origin, np.zeros(n_x)]
     starts += [origin + _scatter(rng, sizes * 3.0 ** (k - STARTS // 2), free, n_x) for k in range(STARTS)]
+    lost = ""
     for guess in starts:
         x = _newton(field, p, guess, free, sizes)
-        if x is not None:
-            _check_slipping(field, p, x)
-            if field.held:
-                check_held(field.held, dict(zip((*field.states, *field.parameters), (*x, *p), strict=True)))
+        if x is None:
+            continue
+        _check_slipping(field, p, x)
+        values = _values(field, p, x)
+        if field.held:
+            check_held(field.held, values)
+        loads = [(load, c.name) for c in field.contacts if (load := negative_load(c, values)) is not None]
+        if not loads:
             return x
+        lost = lost or "where the forces balance, the normal load of contact {1!r} is {0:.6g}".format(*loads[0])
+    if lost:
+        raise NotFound(f"no steady sliding: {lost}, and it has let go")
     residual = field.value(origin, p, field.directions(origin, p))
     names = [s.name for s in (*field.system.u, *field.system.z)]
     worst = int(np.argmax(np.abs(residual))) if np.all(np.isfinite(residual)) else 0
@@ -224,11 +233,17 @@ def _newton(field: Field, p: np.ndarray, guess: np.ndarray, free: np.ndarray, si
     return None
 
 
-def _check_slipping(field: Field, p: np.ndarray, x: np.ndarray) -> None:
-    """Raise if a contact whose law jumps at rest has no slip."""
+def _values(field: Field, p: np.ndarray, x: np.ndarray) -> dict[sp.Symbol, float]:
+    """Return the numbers of all symbols at a state."""
     values = dict(zip((*field.states, *field.parameters), (*x, *p), strict=True))
     if field.system.linear is not None:
         values |= field.system.linear.values(x[: field.n], x[field.n : 2 * field.n])
+    return values
+
+
+def _check_slipping(field: Field, p: np.ndarray, x: np.ndarray) -> None:
+    """Raise if a contact whose law jumps at rest has no slip."""
+    values = _values(field, p, x)
     for contact, w in zip(field.contacts, field.speeds(x, p), strict=True):
         if w != 0 and abs(w) > _ROUNDING * _terms(contact, values):
             continue

@@ -241,3 +241,23 @@ def test_more_samples_in_a_step_than_it_takes_are_refused():
     with pytest.raises(sf.SceneError, match="5 of their instants fall into it, and it takes events=4"):
         sf.export.stepper(SCENES["sampled"], 2.0)
     assert sf.export.stepper(SCENES["sampled"], 2.0, events=9).run(until=4.0).status.max() == 0
+
+
+@pytest.mark.parametrize(
+    ("asked", "words"),
+    [
+        (lambda s: sf.export.stepper(s, 0.1, events=10**7), "events is 10000000; .* from 1 to 100"),
+        (lambda s: sf.export.stepper(s, 0.1).run(until=-1), "until is -1, -10 steps"),
+        (lambda s: sf.export.stepper(s, 0.1).error(until=0), "until is 0"),
+        (lambda s: sf.export.stepper(s, 0.1).run(until=1e12), r"until is 1e\+12, 1e\+13 steps"),
+        (lambda s: sf.laws.iwan(1, -0.5, 1, elements=10**8), "elements of iwan is 100000000; .* from 1 to 1000"),
+    ],
+)
+def test_what_would_not_end_is_refused(asked, words):
+    with pytest.raises(sf.SceneError, match=words):
+        asked(sf.scenes.mass_on_belt(v_b=0.2))
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path):
+    with pytest.raises(FileNotFoundError, match="no such folder: .*nowhere'"):
+        sf.export.write_c(sf.scenes.mass_on_belt(v_b=0.2), tmp_path / "nowhere" / "belt.c", step=1e-3)

@@ -231,3 +231,14 @@ def test_advice_above_a_run_names_nothing_that_only_a_run_takes(status):
     assert said.startswith(f"a run ends early, {status.name}: ")
     assert len(said) > 80
     assert not any(word in said for word in ("route", "max_", "trajectory", "\n"))
+
+
+def test_newtons_method_does_not_lead_to_the_largest_numbers():
+    """Far from rest, at numbers beside which the kicks are rounding, any motion would be a cycle."""
+    x, u = sp.symbols("x u", real=True)
+    kick = sf.Reset(every=1.0, set={u: -u + sp.Rational(1, 10)})
+    slider = sf.Contact("c", u, 1, sf.laws.coulomb(0.3), stiffness=10.0)
+    scene = sf.Scene(sf.System([x], [u], [[1]], [-x / 5]), [slider], {}, {x: 0.0, u: 1.0}, 20.0, resets=[kick])
+    orbit = sf.limit_cycle(scene)
+    assert orbit.half_range[0] < 1.0
+    assert sf.simulate(scene.starting(dict(zip("xu", orbit.start, strict=False))).until(1.0)).checked()

@@ -96,3 +96,33 @@ def test_refusals():
 def test_excitation_of_amplitude_zero_is_no_excitation():
     scene = sf.scenes.mass_on_belt(v_b=0.2, a=0.0, Omega=50.0)
     assert equilibrium(scene).x[0] == pytest.approx(0.3148, rel=1e-14)
+
+
+def with_load(normal, pull, n=1):
+    """Return a mass (or one in the plane) on a belt, whose load depends on where it is."""
+    y, w = sp.symbols("y w", real=True)
+    slip = u - 1 if n == 1 else (u - 1, w - sp.Rational(1, 5))
+    contact = sf.Contact("b", slip, normal, sf.laws.stribeck(0.5, 0.3, 0.5))
+    q, rates, force = [x, y][:n], [u, w][:n], [-x - pull - u / 10, -y - 2 - w / 5][:n]
+    system = sf.System(q, rates, sp.eye(n), force)
+    return sf.Scene(system, [contact], {}, dict.fromkeys([*q, *rates], 0.0), 50.0)
+
+
+@pytest.mark.parametrize("question", [equilibrium, sf.stability])
+def test_where_a_load_is_negative_nothing_slides_steadily(question):
+    with pytest.raises(sf.NotFound, match=r"load of contact 'b' is -5\.9.*let go"):
+        question(with_load(1 + x, 5))
+    with pytest.raises(sf.NotFound, match="load of contact 'b' is -1"):
+        question(with_load(1 + sp.Symbol("y", real=True), 0, n=2))
+
+
+def test_of_several_places_one_with_a_load_is_taken():
+    """The forces balance at x = 2 and x = -2; the load is negative at the one that is nearer to the start."""
+    contact = sf.Contact("b", u - 1, x / 100, sf.laws.coulomb(0.5))
+    scene = sf.Scene(sf.System([x], [u], [[1]], [4 - x**2 - u]), [contact], {}, {x: 1e-3, u: 0.0}, 1.0)
+    for start in (1e-3, 0.5, 5.0):
+        assert equilibrium(scene.starting({"x": start})).x[0] == pytest.approx(2.0025, abs=1e-3)
+
+
+def test_a_load_that_is_zero_there_is_one():
+    assert equilibrium(with_load(1 + x / 5 * 1, 5)).x[0] == pytest.approx(-5.0, abs=1e-9)

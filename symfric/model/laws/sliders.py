@@ -15,6 +15,7 @@ from symfric.model.laws.law import Law
 from symfric.model.laws.memory import SLIP, Memory, state_symbols
 from symfric.model.symbols import SPEED, expression, listed, shortened
 
+_MOST_ELEMENTS = 1000  # of Iwan's law
 _NEAR = sp.Float("1e-9")  # of the limit: where powers of |z| that are not whole are rounded off
 
 
@@ -110,8 +111,11 @@ def iwan(R: Parameter, chi: Parameter, phi_max: Parameter, elements: int = 40) -
     chi = expression(chi, "chi of iwan")
     if chi.is_number and not chi > -1:
         raise SceneError(f"chi of iwan is {chi}; it must be above -1")
-    if not isinstance(elements, int) or isinstance(elements, bool) or elements < 1:
-        raise SceneError(f"elements of iwan is {shortened(elements)}; give a whole number, at least 1")
+    if not isinstance(elements, int) or isinstance(elements, bool) or not 1 <= elements <= _MOST_ELEMENTS:
+        raise SceneError(
+            f"elements of iwan is {shortened(elements)}; give a whole number from 1 to {_MOST_ELEMENTS}, each of which "
+            "is a state"
+        )
     edges = [phi_max * sp.Rational(i, elements) ** 2 for i in range(elements + 1)]
     k, most = ([R * (b**n - a**n) / n for a, b in itertools.pairwise(edges)] for n in (chi + 1, chi + 2))
     return _elements(k, most, sp.S.Zero, "Segalman (2005)")

@@ -16,6 +16,7 @@ from symfric.orbits.guess import EndsEarly, Fades, Grows, Guess, Waits, settled
 from symfric.orbits.shooting import Point, ShootingSystem, solve
 
 _VANISHED = 1e-6  # range relative to that of the guess below which Newton's method has found an equilibrium
+_FAR = 1e6  # distance from a guess, in its sizes and ranges, beyond which an orbit has nothing to do with it
 _SAME = 1e-8  # least difference relative to the ranges of the states up to which motions count as one
 _ACCURATE = 100.0  # the same in gaps to which an orbit is closed
 _FINE = 1e-9  # tolerance of the motion at which orbits of a whole and of a part of a period are told apart
@@ -150,6 +151,9 @@ def _near(scene: Scene, flow: FlowMap, values: dict[str, float], guess: Guess) -
     z = system.pack(guess.start, guess.period, values)
     first = system.at(z, None, guess.start)
     closed = solve(system, z, _held(system, z), first=first)
+    size = first.passage.ranges + np.abs(guess.start)
+    if np.any(np.abs(system.unpack(closed.z)[0] - guess.start)[size > 0] > _FAR * size[size > 0]):
+        raise NotFound("no limit cycle near the guess: Newton's method leads away from it beyond any bound")
     if system.free and np.all(closed.passage.ranges <= _VANISHED * first.passage.ranges):
         raise NotFound("no limit cycle near the guess: Newton's method leads to steady sliding")
     return orbit_of(scene, *_shortest(system, closed, guess.turns))

@@ -83,7 +83,7 @@ def series_model(
     limits.steps, limits.holds = len(automaton.steps), _slips_jump(scene)
     limits.first_load, limits.first_other = automaton.layout.first_load, automaton.layout.first_other
     limits.first_variable, limits.first_clock = automaton.layout.first_variable, automaton.layout.first_clock
-    limits.first_opening = automaton.layout.first_opening
+    limits.first_plane, limits.first_opening = automaton.layout.first_plane, automaton.layout.first_opening
     limits.first_crossing, limits.first_reset = automaton.layout.first_crossing, automaton.layout.first_reset
     if variations:
         limits.varied, limits.followed = variations.columns, variations.followed

@@ -68,6 +68,7 @@ class LoopLimits(Limits, kind=int):
     coupled: int  # n_q if the forces of one contact accelerate the slip of another, else 0
     first_load: int  # index of the first guard of loads; the guards of other contacts follow the loads
     first_other: int
+    first_plane: int  # index of the first guard of the others that is none of a contact behind a spring
     first_opening: int  # index of the first guard of contacts that open, two each
     first_clock: int  # index of the first guard of clocks, which come last
     first_crossing: int  # of those the first of crossings, and of crossings of resets

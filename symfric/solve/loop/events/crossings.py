@@ -23,9 +23,16 @@ def _side(w: LoopArrays, g: int) -> int:
 
 @compiled
 def jumped_across(w: LoopArrays, n_x: int) -> bool:
-    """Whether a crossing that was hit jumped across zero at an event of the same instant."""
+    """Whether a crossing or a slider that was hit jumped across zero at an event of the same instant.
+
+    A kick or an impact may turn the velocity over a slider that moves, and a step take the load from one that rests.
+    """
     for g in range(w.limits.first_crossing, w.guards.hit.size):
         if w.guards.hit[g] and w.guards.fresh[g] == 0 and w.c[n_x + g, 0] < -_ZERO * _size(w, n_x, g, w.c[n_x + g, 1]):
+            return True
+    for g in range(w.limits.first_other, w.limits.first_plane):
+        size = max(w.scale[n_x + g], abs(w.c[n_x + g, 1]) * natural_time(w))
+        if w.guards.hit[g] and w.guards.fresh[g] == 0 and w.c[n_x + g, 0] < -_ZERO * size:
             return True
     return False
 

@@ -170,11 +170,14 @@ def _complete_forces(w: LoopArrays, n_c: int, held: int) -> None:
     leave_free(w, f.step, held)
     for k in range(n):
         f.slope[k] -= f.step[k]
+    size = 0.0  # of the free directions as of the held ones, whatever the unit of force
+    for k in range(n):
+        size += f.matrix[k, k]
     for c in range(n):
         for k in range(n):
-            free = 1.0 if k == c else 0.0
+            free = size if k == c else 0.0
             for h in range(held):
-                free -= f.kept[h, k] * f.kept[h, c]
+                free -= size * f.kept[h, k] * f.kept[h, c]
             f.matrix[k, c] += free
     solve_step(w)
     for i in range(n_c):

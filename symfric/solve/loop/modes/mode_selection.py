@@ -227,7 +227,8 @@ def keep_scales(w: LoopArrays, n_x: int, n_c: int) -> None:
     Slips and forces have different units.
     """
     for i in range(n_c):
-        carries = w.m[i] == HOLDS or w.m[i] == SHARES
+        told = w.contacts.partner[i] >= 0 and w.m[i] == AT_BOUND  # of one in the plane the guard is that of its force
+        carries = w.m[i] == HOLDS or w.m[i] == SHARES or told
         if carries == (w.guards.carries[i] != 0):
             continue
         w.guards.carries[i] = carries

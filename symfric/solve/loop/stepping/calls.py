@@ -53,6 +53,12 @@ def probe_trial(w: LoopArrays) -> None:
 
 
 @compiled(inline=True)
+def may_hide(w: LoopArrays) -> bool:
+    """Whether anything may be unseen in the coefficients of a step in the current mode."""
+    return bool(w.code[_variant(w) + UNSEEN] != 0)
+
+
+@compiled(inline=True)
 def bound_unseen(w: LoopArrays) -> None:
     """Bound the parts of the rows that the coefficients do not show while states and time stay in ``w.step.box``."""
     _bound(w, w.code[_variant(w) + UNSEEN], w.step.unseen)
@@ -66,10 +72,7 @@ def bound_terms(w: LoopArrays) -> None:
 
 @compiled(inline=True)
 def _bound(w: LoopArrays, code: int, out: Reals) -> None:
-    if code != 0:
-        call_code(code, w.step.box.ctypes.data, w.aux.ctypes.data, out.ctypes.data)
-    else:  # nothing is unseen in this mode
-        out[:] = 0.0
+    call_code(code, w.step.box.ctypes.data, w.aux.ctypes.data, out.ctypes.data)
 
 
 @compiled(inline=True)

@@ -67,14 +67,14 @@ def _rubs(w: LoopArrays, i: int) -> bool:
 
 @compiled
 def _couple_forces(w: LoopArrays, n_x: int) -> None:
-    """Write ``G + D_1/2`` of the contacts that start, from ``w.planes.coupling``; one for the others."""
-    n, f = w.planes.row.size, w.feet
+    """Write ``G + D_1/2`` of the contacts that start, from ``w.planes.coupling``; the largest one for the others."""
+    n, f, largest = w.planes.row.size, w.feet, _largest_coupling(w)
     for k in range(n):
         i = w.planes.row[k]
         starts = _rubs(w, i)
         for c in range(n):
             j = w.planes.row[c]
-            f.turning[k, c] = 1.0 if k == c else 0.0
+            f.turning[k, c] = largest if k == c else 0.0
             if starts:
                 f.turning[k, c] = w.planes.coupling[k, c] / _bound(w, j) if _rubs(w, j) else 0.0
         if starts:
@@ -83,6 +83,17 @@ def _couple_forces(w: LoopArrays, n_x: int) -> None:
         for c in range(k):
             mean = 0.5 * (f.turning[k, c] + f.turning[c, k])
             f.turning[k, c], f.turning[c, k] = mean, mean
+
+
+@compiled
+def _largest_coupling(w: LoopArrays) -> float:
+    """Return the largest coupling of a contact that starts with itself; 1 if none does."""
+    largest = 0.0
+    for k in range(w.planes.row.size):
+        i = w.planes.row[k]
+        if _rubs(w, i):
+            largest = max(largest, w.gauge[COUPLING + i, i], w.gauge[COUPLING + i + 1, i + 1])
+    return largest if largest > 0.0 else 1.0
 
 
 @compiled(inline=True)
@@ -113,11 +124,7 @@ def _find_axes(w: LoopArrays) -> int:
             for q in range(p + 1, n):
                 if a[p, q] != 0.0:
                     _rotate(w, p, q, n)
-    largest, count = 0.0, 0
-    for k in range(n):
-        if _rubs(w, w.planes.row[k]):
-            i = w.planes.row[k]
-            largest = max(largest, w.gauge[COUPLING + i, i], w.gauge[COUPLING + i + 1, i + 1])
+    largest, count = _largest_coupling(w), 0
     for k in range(n):
         f.weight[k] = a[k, k]
         f.idle[k] = a[k, k] <= _NOTHING * largest

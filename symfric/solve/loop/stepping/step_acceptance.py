@@ -13,7 +13,7 @@ from symfric.solve.loop.codes import REACH
 from symfric.solve.loop.modes.tolerances import instant, natural_time
 from symfric.solve.loop.precision import EPS
 from symfric.solve.loop.statements import NOTHING, SLACK
-from symfric.solve.loop.stepping.calls import bound_terms, bound_unseen, probe_trial
+from symfric.solve.loop.stepping.calls import bound_terms, bound_unseen, may_hide, probe_trial
 from symfric.solve.loop.stepping.powers import reach_of
 from symfric.solve.loop.workspace import LoopArrays
 
@@ -36,7 +36,7 @@ def reach(w: LoopArrays, h: float, far: float) -> None:
 @compiled(inline=True, fused=True)
 def proven(w: LoopArrays, n_x: int, tau: float) -> float:
     """Set the trial state to the end of a step of length tau; return the accepted length, or one to try."""
-    if w.limits.checked:
+    if w.limits.checked and may_hide(w):
         return _proven(w, n_x, tau)
     try_end(w, n_x, tau)
     return tau
