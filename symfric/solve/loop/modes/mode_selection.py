@@ -211,7 +211,9 @@ def _mark_in_plane(w: LoopArrays, i: int, value: float, change: float) -> None:
 
     As one that opens lets go, its bound falls to zero, and the square of that to the rounding of earlier ones before.
     """
-    g, rises, little = backward(i), change > 0.0, ROUNDING * w.scale[w.y.size - 1 + backward(i)]
+    g, rises = backward(i), change > 0.0
+    earlier = w.scale[w.y.size - 1 + g] if w.guards.carries[i] else w.guards.other[g]  # of forces, not of slips
+    little = ROUNDING * max(earlier, w.planes.static[i] ** 2)
     near = w.m[i] > 0.5 and w.contacts.partner[i] > i and value <= little
     tied = near and rises
     w.guards.fresh[g], w.guards.fresh[forward(i)] = tied, 0
