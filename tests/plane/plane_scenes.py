@@ -207,3 +207,10 @@ def before_a_fast_turn(scene, motion, eps):
             if 1e-13 < low.fun < 20 * eps and speed(min(low.x + 1e-5, scene.horizon)) > 1e-13:  # it does not stop
                 end = min(end, times[k] - 0.1)
     return end
+
+
+def before_a_near_coincidence(scene, motion, apart):
+    """Return a time before two events that are so little apart that regularised friction may exchange them."""
+    times = [t for t, _, _ in motion.events]
+    near = [a for a, b in zip(times, times[1:], strict=False) if 1e-9 < b - a < apart]
+    return min(near, default=scene.horizon + 0.1) - 0.1

@@ -12,7 +12,7 @@ from symfric.errors import NoRoute
 from symfric.model.in_plane import with_speeds
 from tests.plane.compiled_regularised import regularised as compiled
 from tests.plane.plane_reference import Simulator
-from tests.plane.plane_scenes import before_a_fast_turn, drawn
+from tests.plane.plane_scenes import before_a_fast_turn, before_a_near_coincidence, drawn
 
 x, y, u, w = sp.symbols("x y u w", real=True)
 t = sf.TIME
@@ -130,11 +130,16 @@ def test_hundreds_of_random_scenes_are_limits_of_regularised_ones(first):
         assert loose.final == pytest.approx(run.final, abs=1e-7), seed
         assert run.energy_residual() < 1e-10, seed
         errors = trend(drawn_scene, run.final)
-        if not falls(errors):  # a turn at less than the speeds of regularisation, which hold a contact there
+        if not falls(errors):  # at a turn, or between two events, that the speeds of regularisation do not resolve
             motion = Simulator(drawn_scene.problem()).run()
-            end = before_a_fast_turn(drawn_scene, motion, SPEEDS[-1])
-            assert 1 < end < drawn_scene.horizon, (seed, errors)
-            errors = trend(replace(drawn_scene, horizon=end), motion.at(end))
+            assert run.final == pytest.approx(motion.final, abs=1e-6), seed
+            turn = before_a_fast_turn(drawn_scene, motion, SPEEDS[-1])
+            end = min(turn, before_a_near_coincidence(drawn_scene, motion, 10 * SPEEDS[-1]))
+            assert end > 1, (seed, errors)
+            drawn_scene = replace(drawn_scene, horizon=end)
+            errors = trend(drawn_scene, motion.at(end))
+            if not falls(errors):  # slow releases
+                errors.append(np.max(np.abs(compiled(drawn_scene, 0.1 * SPEEDS[-1]) - motion.at(end))))
         assert falls(errors), (seed, errors)
 
 
