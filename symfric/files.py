@@ -164,7 +164,7 @@ def write_together(files: Mapping[Path, bytes | str], mode: int = 0o666, durable
     try:
         for place, data in files.items():
             if not place.parent.is_dir():
-                raise FileNotFoundError(errno.ENOENT, "there is no such folder", str(place.parent))
+                raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(place.parent))
             part = place.with_name(f".{secrets.token_hex(8)}{PART}")
             content = data.encode("utf-8", "replace") if isinstance(data, str) else data
             flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0)

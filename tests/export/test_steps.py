@@ -259,5 +259,5 @@ def test_what_would_not_end_is_refused(asked, words):
 
 
 def test_a_folder_that_is_not_there_is_named(tmp_path):
-    with pytest.raises(FileNotFoundError, match="no such folder: .*nowhere'"):
+    with pytest.raises(FileNotFoundError, match="nowhere'$"):
         sf.export.write_c(sf.scenes.mass_on_belt(v_b=0.2), tmp_path / "nowhere" / "belt.c", step=1e-3)
