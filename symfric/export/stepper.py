@@ -24,10 +24,9 @@ from symfric.solve.routes import simulate
 if TYPE_CHECKING:
     import xarray
 
-_MOST_STEPS = 50_000  # up to the horizon; of a time that is asked for
-_MOST_ASKED = 10_000_000
+_MOST_STEPS, _MOST_ASKED = 50_000, 10_000_000  # up to the horizon of the scene, and up to a time that is asked for
 _MOST_EVENTS = 100  # of one step, each with its own code
-_TOLERANCE = 1e-11  # of that solution
+_TOLERANCE = 1e-11  # of the event-driven solution that steps are compared with
 _LATE = 1e-12  # relative to the end, by which a time may be rounded
 #: What the status of a step says.
 MEANING = {

@@ -241,4 +241,5 @@ def test_newtons_method_does_not_lead_to_the_largest_numbers():
     scene = sf.Scene(sf.System([x], [u], [[1]], [-x / 5]), [slider], {}, {x: 0.0, u: 1.0}, 20.0, resets=[kick])
     orbit = sf.limit_cycle(scene)
     assert orbit.half_range[0] < 1.0
-    assert sf.simulate(scene.starting(dict(zip("xu", orbit.start, strict=False))).until(1.0)).checked()
+    start = dict(zip(orbit.run.names, orbit.start, strict=True))
+    assert sf.prepare(scene.until(orbit.period)).run(initial=start).final == pytest.approx(orbit.start, abs=1e-8)

@@ -1,4 +1,4 @@
-"""Derivatives where the velocity jumps: across sliders that turn, kinks of forces, and loads that step."""
+"""Derivatives where the velocity jumps: across sliders that turn, and kinks of forces and loads."""
 
 import numpy as np
 import pytest

@@ -117,12 +117,13 @@ def test_where_a_load_is_negative_nothing_slides_steadily(question):
 
 
 def test_of_several_places_one_with_a_load_is_taken():
-    """The forces balance at x = 2 and x = -2; the load is negative at the one that is nearer to the start."""
-    contact = sf.Contact("b", u - 1, x / 100, sf.laws.coulomb(0.5))
-    scene = sf.Scene(sf.System([x], [u], [[1]], [4 - x**2 - u]), [contact], {}, {x: 1e-3, u: 0.0}, 1.0)
-    for start in (1e-3, 0.5, 5.0):
-        assert equilibrium(scene.starting({"x": start})).x[0] == pytest.approx(2.0025, abs=1e-3)
+    """The forces balance near x = 2 and x = -2; the load is negative at the one that is nearer to the first starts."""
+    contact = sf.Contact("b", u - 1, (1 + x) / 100, sf.laws.coulomb(0.5))
+    scene = sf.Scene(sf.System([x], [u], [[1]], [4 - x**2 - u]), [contact], {}, {x: 0.0, u: 0.0}, 1.0)
+    expected = (0.005 + np.sqrt(0.005**2 + 4 * 4.005)) / 2
+    for start in (-0.99, -0.9, 0.5, 5.0):
+        assert equilibrium(scene.starting({"x": start})).x[0] == pytest.approx(expected, rel=1e-12)
 
 
 def test_a_load_that_is_zero_there_is_one():
-    assert equilibrium(with_load(1 + x / 5 * 1, 5)).x[0] == pytest.approx(-5.0, abs=1e-9)
+    assert equilibrium(with_load(1 + x / 5, 5)).x[0] == pytest.approx(-5.0, abs=1e-9)

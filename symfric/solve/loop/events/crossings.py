@@ -25,7 +25,7 @@ def _side(w: LoopArrays, g: int) -> int:
 def jumped_across(w: LoopArrays, n_x: int) -> bool:
     """Whether a crossing or a slider that was hit jumped across zero at an event of the same instant.
 
-    A kick or an impact may turn the velocity over a slider that moves, and a step take the load from one that rests.
+    A kick or an impact may turn the velocity over a slider that moves.
     """
     for g in range(w.limits.first_crossing, w.guards.hit.size):
         if w.guards.hit[g] and w.guards.fresh[g] == 0 and w.c[n_x + g, 0] < -_ZERO * _size(w, n_x, g, w.c[n_x + g, 1]):
