@@ -1,5 +1,6 @@
 """Steady states: simulate until a motion has settled, measure it over a window, and check that it had settled."""
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
@@ -26,6 +27,7 @@ LONGEST = 40.0  # longest such window, in horizons
 # A motion comes to rest if its range is below RESTS of that of the whole motion and SHRINKS of the one before.
 RESTS, SHRINKS = 1e-4, 0.9
 STILL = 1e-7  # range relative to the largest value, or the whole range, below which a motion is rounding
+_ROUNDING = 4 * np.finfo(float).eps  # of a whole number of periods
 SETTLE, WINDOW = 20.0, 1.0  # default settling and measuring times, in horizons
 
 
@@ -38,7 +40,7 @@ class Schedule:
     settle, window : float
         In whole periods of an excitation that has one.
     forcing : float
-        Period of the excitation; 0.0 if there is none, NaN if it has no period.
+        Period of the excitation, whatever values are run; 0.0 if there is none, NaN if it has no period.
     note : str
         Why it has no period: then one window is not like the next.
     """
@@ -101,7 +103,13 @@ def measuring(scene: Scene, times: Schedule, outputs: Mapping[str, Output], stat
     values = {k: v for k, v in scene.values.items() if k in used}
     initial: dict[Key, float] = dict(zip(system.states, start, strict=True))
     scene = replace(scene, values=values, initial=initial, outputs={END: End(), **outputs}, horizon=times.window)
-    return later(scene, times.settle) if times.settle else scene
+    return scene if _begins_anew(times) else later(scene, times.settle)
+
+
+def _begins_anew(times: Schedule) -> bool:
+    """Whether the excitation is after settling as at the start: then both runs are of the same equations."""
+    rest = math.remainder(times.settle, times.forcing) if times.forcing > 0 else np.nan
+    return times.settle == 0 or abs(rest) <= _ROUNDING * times.settle
 
 
 class Settling:

@@ -70,6 +70,16 @@ def test_a_window_begins_at_the_phase_at_which_settling_ends():
     assert runs[0](t) == pytest.approx(run(7.3 + t), abs=1e-7)
 
 
+def test_settling_and_measuring_share_their_equations_where_the_phase_is_the_same():
+    period = 2 * np.pi / 1.7
+    for periods in (0, 1, 7, 123_457):
+        times = Schedule(periods * period, period, period)
+        assert measuring(HARMONIC, times, {}).system is HARMONIC.system
+    for times in (Schedule(7.5 * period, period, period), Schedule(7.001 * period, period), Schedule(1.0, 2.0, np.nan)):
+        moved = measuring(HARMONIC, times, {}).system.force[0]
+        assert float((moved - HARMONIC.system.force[0].subs(T, T + times.settle)).subs({**HARMONIC.values, T: 0.3})) == 0
+
+
 @pytest.mark.parametrize("settle", [0.0, 30 * np.pi])
 def test_windows_follow_one_another(settle):
     given = HARMONIC.where({W: 2.0})
