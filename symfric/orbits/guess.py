@@ -106,6 +106,8 @@ def settled(scene: Scene, flow: FlowMap, forcing: float | None, patience: int) -
         return guess_of(run, forcing)  # as far as it goes
     except (Fades, Grows):
         raise
+    except Waits as failure:
+        raise EndsEarly(str(failure)) from None  # a longer run takes no more steps
     except NotFound:
         raise ends from None
 

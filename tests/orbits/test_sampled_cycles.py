@@ -1,6 +1,7 @@
 """Hunting of sampled controllers: cycles against arcs of circles, the ends of their branches, and motions beside these."""
 
 import functools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import sympy as sp
 from scipy.optimize import brentq, fsolve
 
 import symfric as sf
+from symfric.orbits.flow_map import FlowMap
 
 x, u = sp.symbols("x u", real=True)
 D, T, tau, L, C, k = sp.symbols("D T tau L C k", positive=True)
@@ -145,14 +147,31 @@ def test_hunting_of_a_sampled_pid_has_no_cycle_and_nears_that_of_a_continuous_on
     assert np.all(off[1:] < 0.7 * off[:-1])
 
 
-@pytest.mark.parametrize(("every", "horizon"), [(0.01, 30.0), pytest.param(0.001, 60.0, marks=pytest.mark.long)])
-def test_a_stage_that_hunts_about_a_place_is_said_to_wait(every, horizon):
-    """The second, sampled so often that longer waits end at the budget of steps, whose status says less."""
+def hunting(every, horizon):
     held = sf.control.pid(x, 0.5, kp=20.0, ki=60.0, kd=6.0, every=every)
     system = sf.System([x], [u], [[1]], [held[-1].symbol - 0.2 * u])
     way = sf.Contact("way", u, 1, sf.laws.stribeck(1.0, 0.5, 0.05))
+    return sf.Scene(system, [way], {}, {x: 0.0, u: 0.0}, horizon, held=held)
+
+
+@pytest.mark.parametrize(("every", "horizon"), [(0.01, 30.0), pytest.param(0.001, 60.0, marks=pytest.mark.long)])
+def test_a_stage_that_hunts_about_a_place_is_said_to_wait(every, horizon):
+    """The second, sampled so often that longer waits end at the budget of steps, whose status says less."""
     with pytest.raises(sf.NotFound, match="waits and moves on"):
-        sf.limit_cycle(sf.Scene(system, [way], {}, {x: 0.0, u: 0.0}, horizon, held=held))
+        sf.limit_cycle(hunting(every, horizon))
+
+
+def test_a_wait_that_ends_at_the_budget_is_said_at_once(monkeypatch):
+    scene, runs, motion = hunting(0.01, 150.0), [], FlowMap.motion
+
+    def cut(flow, scene, horizon):
+        runs.append(replace(motion(flow, scene, horizon), status=sf.Status.STEP_BUDGET))
+        return runs[-1]
+
+    monkeypatch.setattr(FlowMap, "motion", cut)
+    with pytest.raises(sf.NotFound, match="waits and moves on"):
+        sf.limit_cycle(scene)
+    assert len(runs) == 1
 
 
 def test_a_stick_that_begins_at_a_sample_ends_a_branch_with_a_jump():
