@@ -1,9 +1,10 @@
 """Write the shipped event loops anew, for the family of processors of this machine: ``python -m symfric.codegen.ship``.
 
-After any change to what a compiled loop does; tests say when. With ``--check`` nothing is written: every loop is
-compiled from its sources, and its intermediate code must be that of its file bit for bit, which a file made from other
-sources is not, whatever it says of itself. With ``--made-with`` the versions are printed that made the files, as pip
-takes them: other versions of Python, numba and llvmlite give other code.
+After any change to the files of a compiled loop; tests say when. A loop that does what it did is not compiled again:
+its files learn the bytes of their sources only, which are faster to compare than what they mean. With ``--check``
+nothing is written: every loop is compiled from its sources, and its intermediate code must be that of its file bit for
+bit, which a file made from other sources is not, whatever it says of itself. With ``--made-with`` the versions are
+printed that made the files, as pip takes them: other versions of Python, numba and llvmlite give other code.
 """
 
 import os
@@ -19,6 +20,7 @@ from symfric.codegen.shipped_loops import (
     for_family,
     machine_code_place,
     place,
+    renewed,
     shipped_code,
     shipped_header,
     shipped_machine_code,
@@ -29,8 +31,11 @@ CHECK, MADE_WITH = "--check", "--made-with"
 
 
 def write() -> None:
-    """Compile every loop and write its file."""
+    """Compile every loop that is not what its sources give, and write its files."""
     for module in LOOPS:
+        if renewed(module, sources(module)):
+            print(f"{module}: nothing new but comments, docstrings and layout at most")
+            continue
         for path in write_shipped(module, sources(module), *optimised(module)):
             print(f"{path.name}: {path.stat().st_size / 1e3:.0f} kB")
 

@@ -164,6 +164,29 @@ def write_shipped(module: str, sources: list[Path], function: str, text: str) ->
     return files
 
 
+def renewed(module: str, sources: list[Path]) -> bool:
+    """Whether the files of a loop hold what its sources give still; they learn the bytes of the sources then.
+
+    Parameters
+    ----------
+    module, sources
+        As `shipped_object` takes them; comments, docstrings and layout may be others than those of the files.
+    """
+    own, files = family(), {place(module): conditions()}
+    if own is not None:
+        files[machine_code_place(module)] = machine_conditions(own)
+    present = {"sources": meaning(sources), "made with": compilers()}
+    try:
+        read = [(file, *_read(file)) for file in files]
+    except UNREADABLE:
+        return False
+    if any(known | present | {"made for": files[file]} != known for file, known, _ in read):
+        return False
+    for file, known, code in read:
+        _written_file(file, {**known, "bytes": content_key(sources)}, code)
+    return True
+
+
 def _written_file(file: Path, known: dict[str, Any], code: bytes) -> Path:
     content = json.dumps({**known, "made with": compilers()}).encode() + b"\n" + code
     file.parent.mkdir(exist_ok=True)

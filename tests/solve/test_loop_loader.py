@@ -55,6 +55,7 @@ def test_the_shipped_loops_belong_to_the_present_sources(loop):
     needs_shipped(loop)
     made = shipped_loops.shipped_header(loop)
     assert made["sources"] == shipped_loops.meaning(sources(loop)), "run python -m symfric.codegen.ship"
+    assert made["bytes"] == shipped_loops.content_key(sources(loop)), "run python -m symfric.codegen.ship, some seconds"
 
 
 def test_comments_docstrings_and_layout_have_no_meaning(tmp_path):
@@ -222,3 +223,18 @@ def test_the_shipped_loops_are_what_their_sources_give():
     done = subprocess.run([sys.executable, "-m", "symfric.codegen.ship", "--check"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stdout.count(": the same\n") == len(LOOPS)
+
+
+def test_other_comments_change_the_key_of_the_bytes_alone(small_loop, monkeypatch):
+    header, code = shipped_loops.shipped_header("one.loop"), shipped_loops.shipped_code("one.loop")
+    small_loop.write_text("LEFT = 1  # another comment\n")
+    assert shipped_loops.renewed("one.loop", [small_loop])
+    assert shipped_loops.shipped_header("one.loop") == {**header, "bytes": shipped_loops.content_key([small_loop])}
+    assert shipped_loops.shipped_code("one.loop") == code
+    small_loop.write_text("LEFT = 2\n")
+    assert not shipped_loops.renewed("one.loop", [small_loop])
+    small_loop.write_text("LEFT = 1\n")
+    monkeypatch.setattr(shipped_loops, "compilers", lambda: {"numba": "another"})
+    assert not shipped_loops.renewed("one.loop", [small_loop])
+    shipped_loops.place("one.loop").unlink()
+    assert not shipped_loops.renewed("one.loop", [small_loop])
