@@ -286,7 +286,8 @@ def _gauge(model: ContactDynamics) -> ca.Function:
     still = ca.substitute(w, u, ca.SX.zeros(u.numel())) if n_c else w
     terms = ca.fabs(J) @ ca.fabs(u) + ca.fabs(still)
     bounds = model.load * (model.static + ca.fabs(model.at_rest))
-    margin = model.static * (1 + 1e-12) - model.at_rest
+    drop = model.static * (1 + 1e-12) - model.at_rest
+    margin = ca.if_else(model.at_rest < -1e-12 * model.static, model.at_rest, drop)  # negative if a law decides nothing
     coupling = J @ spread
     reach = ca.vertcat(*(edges.widest(e) for e in ca.vertsplit(bounds))) if n_c else w
     pull = ca.diag(coupling) * reach

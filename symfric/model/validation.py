@@ -320,6 +320,12 @@ def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.
         if stiffness is not None and not stiffness > 0:
             raise SceneError(f"stiffness of contact {contact.name!r} is {stiffness:.6g}; it must be positive")
         rest, stick = (_number(e, numbers) for e in (contact.law.at_rest, contact.law.stick))
+        for which, value in (("kinetic", rest), ("static", stick)):
+            if value is not None and value < -1e-12 * abs(stick or 0.0):
+                raise SceneError(
+                    f"law of contact {contact.name!r}: the {which} coefficient at rest is {value:.6g}; "
+                    "it must not be negative"
+                )
         if rest is not None and stick is not None and rest > stick * (1 + 1e-12) + 1e-300:
             raise SceneError(
                 f"law of contact {contact.name!r}: the static coefficient {stick:.6g} is smaller than the "

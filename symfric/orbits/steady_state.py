@@ -109,7 +109,7 @@ def measuring(scene: Scene, times: Schedule, outputs: Mapping[str, Output], stat
 def _begins_anew(times: Schedule) -> bool:
     """Whether the excitation is after settling as at the start: then both runs are of the same equations."""
     rest = math.remainder(times.settle, times.forcing) if times.forcing > 0 else np.nan
-    return times.settle == 0 or abs(rest) <= _ROUNDING * times.settle
+    return bool(times.settle == 0 or abs(rest) <= _ROUNDING * times.settle)
 
 
 class Settling:

@@ -52,12 +52,13 @@ ADVICE = {
     "zero or negative, and at divisions and roots in forces and integrals: the length of a slip is sf.slip(name), that "
     "of another vector has no series where it is zero",
     Status.LOST_CONTACT: "a normal load became negative: the bodies separate, which the contact does not model; write "
-    "the load as Max(load, 0) if they may",
-    Status.UNDECIDED: "no combination of sticking and slipping satisfies the friction laws here: a static coefficient "
-    "is smaller than the kinetic one at rest, contacts on the same body exclude each other, surfaces under contacts in "
-    "the plane that stick begin to move apart without an acceleration, or normal forces that bound friction are not "
-    "unique, as of four feet that may lift of a rigid body; take a static coefficient that is not smaller, or put each "
-    "foot on a small mass that a stiff spring and a damper hold to the body",
+    "the load as Max(load, 0) if they may; a profile must not be negative either",
+    Status.UNDECIDED: "no combination of sticking and slipping satisfies the friction laws here: a static "
+    "coefficient is smaller than the kinetic one at rest or this one is negative, contacts on the same body exclude "
+    "each other, surfaces under contacts in the plane that stick begin to move apart without an acceleration, or "
+    "normal forces that bound friction are not unique, as of four feet that may lift of a rigid body; take a static "
+    "coefficient that is not smaller, or put each foot on a small mass that a stiff spring and a damper hold to the "
+    "body",
     Status.INTEGRATOR: "the integrator failed, or slips of contacts are so nearly equal that its error decides which "
     "one sticks; loosen the tolerance or use route='taylor'",
     Status.NO_DERIVATIVE: "the motion is correct to the end, but not differentiable: it grazes, two events coincide in "

@@ -229,7 +229,7 @@ def _switch(w: OscillatorArrays) -> int:
         return OK
     if d[LOAD] < 0.0:
         return LOST_CONTACT
-    if d[STATIC] * (1.0 + 1e-12) < d[BRANCH + 1]:
+    if not -1e-12 * d[STATIC] <= d[BRANCH + 1] <= d[STATIC] * (1.0 + 1e-12):
         return UNDECIDED
     starting = w.m.started == 0
     before = 0 if w.m.still else w.m.direction

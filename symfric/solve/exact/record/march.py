@@ -49,7 +49,7 @@ from symfric.solve.exact.record.forced_flow import (
 )
 from symfric.solve.exact.record.workspace import RecordArrays
 from symfric.solve.loop.arithmetic import slope
-from symfric.solve.loop.codes import NOT_FINITE, OK, STEP_BUDGET
+from symfric.solve.loop.codes import LOST_CONTACT, NOT_FINITE, OK, STEP_BUDGET, UNDECIDED
 from symfric.solve.loop.precision import ROUNDING
 from symfric.solve.loop.run_rules import begin_counting, begin_values, budget
 from symfric.solve.status import EVENTS_FULL, PATH_FULL
@@ -71,6 +71,9 @@ def reset(w: RecordArrays) -> None:
         w.cells[k // 4, k % 4] = w.data[n_f + k]
     for k in range(5 * n_e):
         w.rows[k // 5, k % 5] = w.data[n_f + 4 * n_c + k]
+    w.place.gaps = 0
+    for c in range(n_c):
+        _take_off(w, c)
     kinds, w.sizes.stiffest = 0, 0.0
     for c in range(n_c):
         k = 0
@@ -93,6 +96,26 @@ def reset(w: RecordArrays) -> None:
         friction = w.force[KINETIC] * w.cells[w.kinds[n_c + k], SLOPE]
         for side in range(2):
             _transition(w, w.tables[2 * k + side], w.force[STIFF] + (2 * side - 1) * friction)
+
+
+@compiled
+def _take_off(w: RecordArrays, c: int) -> None:
+    """Take the part off a cell in which friction would be negative."""
+    line = w.cells[c]
+    zero = -line[MU] / line[SLOPE] if line[SLOPE] != 0.0 else 0.0
+    if line[SLOPE] > 0.0 and _is_negative(line, line[LOW]):
+        line[LOW], w.place.gaps = min(zero, line[HIGH]), 1
+    elif line[SLOPE] < 0.0 and _is_negative(line, line[HIGH]):
+        line[HIGH], w.place.gaps = max(zero, line[LOW]), 1
+    elif line[SLOPE] == 0.0 and line[MU] < 0.0:
+        line[LOW], line[HIGH], w.place.gaps = np.inf, -np.inf, 1
+
+
+@compiled
+def _is_negative(line: np.ndarray, u: float) -> bool:
+    """Whether the coefficient of a cell is negative at u by more than rounding."""
+    part = line[SLOPE] * u
+    return bool(line[MU] + part < -8.0 * EPS * (abs(line[MU]) + abs(part)) or part == -np.inf)
 
 
 @compiled
@@ -236,6 +259,22 @@ def _next_due(w: RecordArrays, i: int, whole: float) -> np.int64:
 
 
 @compiled
+def _is_lost(w: RecordArrays, u: float) -> bool:
+    """Whether friction would be negative at u, or beyond it."""
+    return bool(w.place.gaps and not w.cells[w.place.where, LOW] <= u <= w.cells[w.place.where, HIGH])
+
+
+@compiled
+def _friction_holds(w: RecordArrays, u: float) -> int:
+    """Return the status of the friction at the start, which may not be negative, nor larger once it slips."""
+    kinetic, static = w.force[KINETIC], w.force[STATIC]
+    if _is_lost(w, u) or (kinetic < 0.0 and static < 0.0):
+        return LOST_CONTACT
+    rounding = 1e-12 * abs(static)
+    return UNDECIDED if kinetic < -rounding or kinetic > static + rounding else OK
+
+
+@compiled
 def _begin(w: RecordArrays) -> tuple[float, float, float]:
     """Initialise the run; return displacement, velocity and mode."""
     u, v = w.given_y[0], w.given_y[1]
@@ -297,6 +336,10 @@ def _slip_on(w: RecordArrays, i: int, stop: Any, u: float, v: float, s: float) -
 def march(w: RecordArrays) -> int:
     """Run over the record and on to the horizon; return a status."""
     u, v, s = _begin(w)
+    w.y[0], w.y[1], w.y[2] = u, v, 0.0
+    status = _friction_holds(w, u)
+    if status != OK:
+        return status
     dt, parts, n = w.record.dt, w.place.parts, w.samples.size - 1
     whole = dt / parts
     last = math.ceil(w.clock.t_end / dt - 1e-9) - 1
@@ -322,13 +365,19 @@ def march(w: RecordArrays) -> int:
                 new = _drive(w, u, a_now + slope_a * spent)
         w.counts.steps += 1
         w.counts.stall = 0 if spent > 0.0 else w.counts.stall + 1
+        w.y[0], w.y[1], w.y[2] = u, v, t + spent
         if kind == AT_EDGE:
-            w.place.where += int(s)
+            following = w.place.where + int(s)
+            if not 0 <= following < w.cells.shape[0]:
+                return LOST_CONTACT
+            w.place.where = following
             w.counts.kinks += 1
             enter(w, s)
         elif kind == AT_REST:
             _turn(w, t + spent, s, new, u)
             s = new
+        if _is_lost(w, u):
+            return LOST_CONTACT
         status = budget(w, t)
         if status != OK:
             return status

@@ -26,6 +26,7 @@ class Place(Scalars, kind=int):
     parts: int  # number of parts of a sample
     order: int  # order of the series over a part
     where: int  # index of the current cell
+    gaps: int  # whether friction would be negative anywhere
 
 
 class Sizes(Scalars):

@@ -28,13 +28,18 @@ def jumped_across(w: LoopArrays, n_x: int) -> bool:
     A kick or an impact may turn the velocity over a slider that moves.
     """
     for g in range(w.limits.first_crossing, w.guards.hit.size):
-        if w.guards.hit[g] and w.guards.fresh[g] == 0 and w.c[n_x + g, 0] < -_ZERO * _size(w, n_x, g, w.c[n_x + g, 1]):
+        if _beyond(w, n_x, g, _size(w, n_x, g, w.c[n_x + g, 1])):
             return True
     for g in range(w.limits.first_other, w.limits.first_plane):
-        size = max(w.scale[n_x + g], abs(w.c[n_x + g, 1]) * natural_time(w))
-        if w.guards.hit[g] and w.guards.fresh[g] == 0 and w.c[n_x + g, 0] < -_ZERO * size:
+        if _beyond(w, n_x, g, max(w.scale[n_x + g], abs(w.c[n_x + g, 1]) * natural_time(w))):
             return True
     return False
+
+
+@compiled(inline=True)
+def _beyond(w: LoopArrays, n_x: int, g: int, size: float) -> bool:
+    """Whether a guard that was hit, and was not near zero before, is below zero by more than rounding of its size."""
+    return bool(w.guards.hit[g] and w.guards.fresh[g] == 0 and w.c[n_x + g, 0] < -_ZERO * size)
 
 
 @compiled(inline=True)
