@@ -9,6 +9,7 @@ import sympy as sp
 from symfric.errors import SceneError
 from symfric.model.held import Held
 from symfric.model.jumps import refuse_jumps
+from symfric.model.laws.requirements import Requirement
 from symfric.model.numeric import numeric_function
 from symfric.model.outputs import OF_CONTACTS, Output, normal_force
 from symfric.model.resets import Reset
@@ -294,6 +295,15 @@ def negative_load(contact: Contact, numbers: dict[sp.Symbol, float]) -> float | 
     return None if normal is None or normal >= 0 or normal >= -_rounding(contact.normal, numbers) else normal
 
 
+def requirements_of(contact: Contact) -> list[Requirement]:
+    """Return what the numbers of a contact and of its law must satisfy; all depend on parameters only."""
+    own = [Requirement(f"a factor of the ellipse of contact {contact.name!r}", e) for e in contact.ellipse or ()]
+    if contact.stiffness is not None:
+        own.append(Requirement(f"stiffness of contact {contact.name!r}", contact.stiffness))
+    of = f"law of contact {contact.name!r}: "
+    return [*own, *(e._replace(name=of + e.name) for e in contact.law.requirements)]
+
+
 def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.Symbol, float], horizon: float) -> None:
     """Raise unless the mass is positive definite and the normal loads are not negative at the start."""
     if system.mass is not None:
@@ -316,9 +326,10 @@ def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.
             raise SceneError(
                 f"normal of contact {contact.name!r} is {normal:.6g} at the start; it must not be negative"
             )
-        stiffness = None if contact.stiffness is None else _number(contact.stiffness, numbers)
-        if stiffness is not None and not stiffness > 0:
-            raise SceneError(f"stiffness of contact {contact.name!r} is {stiffness:.6g}; it must be positive")
+        for asked in requirements_of(contact):
+            value = _number(asked.value, numbers)
+            if value is not None and asked.fails(value):
+                raise SceneError(asked.complaint(value))
         rest, stick = (_number(e, numbers) for e in (contact.law.at_rest, contact.law.stick))
         for which, value in (("kinetic", rest), ("static", stick)):
             if value is not None and value < -1e-12 * abs(stick or 0.0):

@@ -23,6 +23,7 @@ from symfric.solve.loop.cases import rows_of, run_cases
 from symfric.solve.loop.compiled_model import CompiledModel
 from symfric.solve.lowered import LoweredScene
 from symfric.solve.protocol import Program, Route
+from symfric.solve.requirements import Requirements
 from symfric.solve.run import Raw, Run
 from symfric.solve.status import Status
 
@@ -51,7 +52,7 @@ class Numbers:
         self._start_of = numeric(scene.parameters, starts) if moving else None
         equations = set().union(*(e.free_symbols for e in (*scene.system.expressions, *scene.clocked, *scene.contacts)))
         self._starters = {s.name for s in scene.parameters if s not in equations}
-        self._inertia, self._gaps = Inertia(scene), GapStarts(scene)
+        self._inertia, self._gaps, self._required = Inertia(scene), GapStarts(scene), Requirements(scene)
 
     def changed(self, values: Mapping[Key, float], initial: Mapping[Key, float]) -> tuple[np.ndarray, np.ndarray]:
         """Return initial state and parameters with the changes of a run, which are checked as in the scene."""
@@ -72,16 +73,19 @@ class Numbers:
             y[self._states.index(name)] = finite(value, "the initial value of ", name)
         if self._inertia.names:
             self._check_mass(y, values, initial)
-        if self._gaps.names:
-            self._check_gaps(y, values, initial)
+        for rules in (self._gaps, self._required):
+            if rules.names:
+                self._check(rules, y, values, initial)
         return y, p
 
-    def _check_gaps(self, y: np.ndarray, values: Mapping[Key, float], initial: Mapping[Key, float]) -> None:
-        """Raise if a gap is negative at the start y (n_x,), or a restitution is none, if a change concerns them."""
+    def _check(
+        self, rules: GapStarts | Requirements, y: np.ndarray, values: Mapping[Key, float], initial: Mapping[Key, float]
+    ) -> None:
+        """Raise if a change of values or of the start y (n_x,) breaks a rule."""
         given = {name_of(k): float(v) for k, v in values.items()}
-        if self._moved_names(self._gaps.names, given.keys() | {name_of(k) for k in initial}):
-            lost, said = self._gaps.wrong(given | dict(zip(self._states, y.tolist(), strict=True)))
-            if lost.any():
+        if self._moved_names(rules.names, given.keys() | {name_of(k) for k in initial}):
+            wrong, said = rules.wrong(given | dict(zip(self._states, y.tolist(), strict=True)))
+            if wrong.any():
                 raise SceneError(said)
 
     def _check_mass(self, y: np.ndarray, values: Mapping[Key, float], initial: Mapping[Key, float]) -> None:
@@ -114,7 +118,7 @@ class Numbers:
         """Return starts (n, states) and parameters (n, ...) of many cases.
 
         A start given by a formula may be NaN; so is that of a case whose mass is not positive definite, that starts
-        with a negative gap or has a restitution that is none.
+        with a negative gap, or that has a number of a contact or a law which must be positive and is not.
 
         Raises
         ------
@@ -135,8 +139,9 @@ class Numbers:
                 raise SceneError(f"{name} is no state{nearest(name, self._states)}")
             y[:, self._states.index(name)] = row
         changed = cases.values.keys() | cases.initial.keys()
-        if self._moved_names(self._gaps.names, changed):
-            y[self._gaps.wrong({**cases.values, **dict(zip(self._states, y.T, strict=True))})[0]] = np.nan
+        for rules in (self._gaps, self._required):
+            if self._moved_names(rules.names, changed):
+                y[rules.wrong({**cases.values, **dict(zip(self._states, y.T, strict=True))})[0]] = np.nan
         if self._moved_names(self._inertia.names, changed):
             y[~self._inertia.definite({**cases.values, **dict(zip(self._states, y.T, strict=True))})] = np.nan
         return y, p

@@ -7,9 +7,9 @@ from typing import ParamSpec, TypeAlias
 
 import sympy as sp
 
-from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC
 from symfric.model.laws.law import Law
+from symfric.model.laws.requirements import Requirement, open_ones
 from symfric.model.symbols import expression, refuse_speed
 from symfric.spelling import spelt
 
@@ -39,16 +39,28 @@ def ready_law(make: Callable[_Given, Law]) -> Callable[_Given, Law]:
 
 def parameters_of(
     law: str, positive: Mapping[str, Parameter], others: Mapping[str, Parameter] | None = None
-) -> list[sp.Expr]:
-    """Return the parameters of a law as expressions; those in `positive` must be above zero, the others not below."""
-    expressions = []
-    for group, least in ((positive, "be positive"), (others or {}, "not be negative")):
-        for name, value in group.items():
-            e = expression(value, f"{name} of {law}")
-            if e.is_number and (e < 0 or (group is positive and e.is_zero)):
-                raise SceneError(f"{name} of {law} is {e}; it must {least}")
-            expressions.append(e)
-    return expressions
+) -> tuple[list[sp.Expr], tuple[Requirement, ...]]:
+    """Return the parameters of a law as expressions, and what those must satisfy that have no number yet.
+
+    Parameters
+    ----------
+    law : str
+        Its name.
+    positive, others : mapping of str to float or Expr
+        Those that must be above zero, and those that must not be below.
+
+    Raises
+    ------
+    SceneError
+        If a number is none that is asked for.
+    """
+    groups = ((positive, False), (others or {}, True))
+    every = [
+        Requirement(f"{name} of {law}", expression(value, f"{name} of {law}"), zero)
+        for group, zero in groups
+        for name, value in group.items()
+    ]
+    return [e.value for e in every], open_ones(every)
 
 
 def whole(exponent: sp.Expr) -> sp.Expr:

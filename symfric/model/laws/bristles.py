@@ -6,6 +6,7 @@ from symfric.errors import SceneError
 from symfric.model.laws.arguments import Parameter, parameters_of, ready_law, whole
 from symfric.model.laws.law import Law
 from symfric.model.laws.memory import SIDE, SLIP, Memory, state_symbols
+from symfric.model.laws.requirements import Requirement
 from symfric.model.symbols import SPEED, expression
 
 (Z,) = state_symbols(1)
@@ -54,16 +55,17 @@ def dahl(mu_c: Parameter, sigma: Parameter, exponent: Parameter = 1) -> Law:
     >>> law.steady, law.stiffness
     (0.300000000000000, 1000.00000000000)
     """
-    mu_c, sigma = parameters_of("dahl", {"mu_c": mu_c, "sigma": sigma})
+    (mu_c, sigma), asked = parameters_of("dahl", {"mu_c": mu_c, "sigma": sigma})
     n = whole(expression(exponent, "exponent of dahl"))
     if n.is_number and n < 1:
         raise SceneError(
             f"exponent of dahl is {n}; it must be at least 1 (for 0, a spring with a slider in series, use "
             "sf.laws.maxwell_slip([sigma], [mu_c]))"
         )
+    _, least = parameters_of("dahl", {}, {"exponent - 1": n - 1})
     rate = SLIP - sigma * SPEED * Z / mu_c if n == 1 else SLIP * (1 - sigma * SIDE * Z / mu_c) ** n
     memory = Memory((rate,), sigma * Z, sigma, sigma * Z**2 / 2)
-    return Law(mu_c, mu_c, source="Dahl (1968)", memory=memory)
+    return Law(mu_c, mu_c, source="Dahl (1968)", memory=memory, requirements=(*asked, *least))
 
 
 @ready_law
@@ -111,10 +113,11 @@ def lugre(
     >>> round(law(0.001), 12), law.stiffness, law.memory.passive
     (1.184339720586, 100000.000000000, -149.600000000000)
     """
-    g, s0, s1, s2, mu_s, mu_c = _stribeck("lugre", mu_s, mu_c, v_s, sigma0, sigma1, sigma2)
+    (g, s0, s1, s2, mu_s, mu_c), asked = _stribeck("lugre", mu_s, mu_c, v_s, sigma0, sigma1, sigma2)
     rate = SLIP - s0 * SPEED * Z / g
     source = "Canudas de Wit, Olsson, Astrom and Lischinsky (1995)"
-    return Law(g + s2 * SPEED, mu_s, source=source, memory=_bristles(rate, s0, s1, s2, mu_s, mu_c))
+    memory = _bristles(rate, s0, s1, s2, mu_s, mu_c)
+    return Law(g + s2 * SPEED, mu_s, source=source, memory=memory, requirements=asked)
 
 
 @ready_law
@@ -161,28 +164,32 @@ def elasto_plastic(
     >>> law.stiffness
     100.000000000000
     """
-    g, s0, s1, s2, mu_s, mu_c = _stribeck("elasto_plastic", mu_s, mu_c, v_s, sigma0, sigma1, sigma2)
-    (z_ba,) = parameters_of("elasto_plastic", {"z_ba": z_ba})
+    (g, s0, s1, s2, mu_s, mu_c), asked = _stribeck("elasto_plastic", mu_s, mu_c, v_s, sigma0, sigma1, sigma2)
+    z_ba = expression(z_ba, "z_ba of elasto_plastic")
     if (mu_c / s0 - z_ba).is_number and z_ba >= mu_c / s0:
         raise SceneError(f"z_ba of elasto_plastic is {z_ba}; it must be below mu_c/sigma0 = {mu_c / s0}")
+    _, yields = parameters_of("elasto_plastic", {"z_ba": z_ba, "mu_c/sigma0 - z_ba": mu_c / s0 - z_ba})
     bent, most = SIDE * Z, g / s0  # deflection in the direction of slip, and that of steady sliding
     between = (1 + sp.sin(sp.pi * (bent - (most + z_ba) / 2) / (most - z_ba))) / 2
     settled = most - _SETTLED * (most - z_ba)
     alpha = sp.Piecewise((0, bent <= z_ba), (between, bent < settled), (1, True))
     rate = SLIP - alpha * SPEED * Z / most
     source = "Dupont, Hayward, Armstrong and Altpeter (2002)"
-    return Law(g + s2 * SPEED, mu_s, source=source, memory=_bristles(rate, s0, s1, s2, mu_s, mu_c))
+    memory = _bristles(rate, s0, s1, s2, mu_s, mu_c)
+    return Law(g + s2 * SPEED, mu_s, source=source, memory=memory, requirements=(*asked, *yields))
 
 
 def _stribeck(
     law: str, mu_s: Parameter, mu_c: Parameter, v_s: Parameter, sigma0: Parameter, sigma1: Parameter, sigma2: Parameter
-) -> tuple[sp.Expr, ...]:
-    """Return the Stribeck curve, the stiffness, the two kinds of damping, and the two coefficients."""
+) -> tuple[tuple[sp.Expr, ...], tuple[Requirement, ...]]:
+    """Return the Stribeck curve, stiffness, two kinds of damping and two coefficients, and what they must satisfy."""
     positive = {"mu_s": mu_s, "mu_c": mu_c, "v_s": v_s, "sigma0": sigma0}
-    mu_s, mu_c, v_s, s0, s1, s2 = parameters_of(law, positive, {"sigma1": sigma1, "sigma2": sigma2})
+    (mu_s, mu_c, v_s, s0, s1, s2), asked = parameters_of(law, positive, {"sigma1": sigma1, "sigma2": sigma2})
     if (mu_s - mu_c).is_number and mu_s < mu_c:
         raise SceneError(f"mu_s of {law} is {mu_s}; it must not be below mu_c = {mu_c}")
-    return mu_c + (mu_s - mu_c) * sp.exp(-((SPEED / v_s) ** 2)), s0, s1, s2, mu_s, mu_c
+    _, falls = parameters_of(law, {}, {"mu_s - mu_c": mu_s - mu_c})
+    curve = mu_c + (mu_s - mu_c) * sp.exp(-((SPEED / v_s) ** 2))
+    return (curve, s0, s1, s2, mu_s, mu_c), (*asked, *falls)
 
 
 def _bristles(rate: sp.Expr, s0: sp.Expr, s1: sp.Expr, s2: sp.Expr, mu_s: sp.Expr, mu_c: sp.Expr) -> Memory:

@@ -7,18 +7,10 @@ import sympy as sp
 
 from symfric.errors import SceneError
 from symfric.locks import SYMBOLIC, alone
-from symfric.model.laws.arguments import Parameter, ready_law
+from symfric.model.laws.arguments import Parameter, parameters_of, ready_law
 from symfric.model.laws.law import Law
 from symfric.model.symbols import SPEED, expression, listed
 from symfric.model.tables import broken_line
-
-
-def _scale(speed: Parameter, name: str) -> Parameter:
-    """Return the speed over which a law changes; a number must be positive."""
-    e = expression(speed, name)
-    if e.is_number and not e > 0:
-        raise SceneError(f"{name} is {float(e):g}; the speed over which the friction changes must be positive")
-    return speed
 
 
 @ready_law
@@ -71,8 +63,9 @@ def lorentz(mu_d: Parameter, v_c: Parameter, mu_s: Parameter | None = None, b: P
     >>> round(sf.laws.lorentz(0.4, 0.1)(0.1), 6)
     0.2
     """
-    kinetic = mu_d / (1 + (SPEED / _scale(v_c, "v_c")) ** 2) + b * SPEED
-    return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.106)")
+    (v_c,), asked = parameters_of("lorentz", {"v_c": v_c})
+    kinetic = mu_d / (1 + (SPEED / v_c) ** 2) + b * SPEED
+    return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.106)", requirements=asked)
 
 
 @ready_law
@@ -100,8 +93,9 @@ def gauss(mu_d: Parameter, v_c: Parameter, mu_s: Parameter | None = None, b: Par
     >>> round(sf.laws.gauss(0.4, 0.1)(0.1), 6)
     0.147152
     """
-    kinetic = mu_d * sp.exp(-((SPEED / _scale(v_c, "v_c")) ** 2)) + b * SPEED
-    return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.107)")
+    (v_c,), asked = parameters_of("gauss", {"v_c": v_c})
+    kinetic = mu_d * sp.exp(-((SPEED / v_c) ** 2)) + b * SPEED
+    return Law(kinetic, mu_d if mu_s is None else mu_s, source="handbook (19.105), (19.107)", requirements=asked)
 
 
 @ready_law
@@ -159,8 +153,9 @@ def stribeck(mu_s: Parameter, mu_k: Parameter, v_s: Parameter, b: Parameter = 0)
     >>> law.kinetic
     0.38 + 0.12*exp(-8.33333333333333*v)
     """
-    drop = (mu_s - mu_k) * sp.exp(-SPEED / _scale(v_s, "v_s"))
-    return Law(mu_k + drop + b * SPEED, mu_s, source="handbook (19.105), figure 19.15")
+    (v_s,), asked = parameters_of("stribeck", {"v_s": v_s})
+    drop = (mu_s - mu_k) * sp.exp(-SPEED / v_s)
+    return Law(mu_k + drop + b * SPEED, mu_s, source="handbook (19.105), figure 19.15", requirements=asked)
 
 
 @ready_law
@@ -189,9 +184,10 @@ def cubic(mu_s: Parameter, mu_m: Parameter, v_m: Parameter) -> Law:
     >>> sf.laws.cubic(0.4, 0.25, v_m).where({"v_m": 0.5}) == law
     True
     """
-    s = SPEED / _scale(v_m, "v_m")
+    (v_m,), asked = parameters_of("cubic", {"v_m": v_m})
+    s = SPEED / v_m
     kinetic = mu_s - sp.Rational(3, 2) * (mu_s - mu_m) * (s - s**3 / 3)
-    return Law(kinetic, mu_s, source="Thomsen (5)")
+    return Law(kinetic, mu_s, source="Thomsen (5)", requirements=asked)
 
 
 @ready_law
@@ -232,9 +228,11 @@ def thomsen_regularised(mu_s: Parameter, mu_m: Parameter, v_m: Parameter, v_s: P
     mu_s, mu_m, v_m, v_s = (expression(e, "a parameter of the law") for e in (mu_s, mu_m, v_m, v_s))
     if v_s.is_number and (v_s <= 0 or (v_m.is_number and v_s >= v_m)):
         raise SceneError(f"the speed v_s is {v_s}; it must be above 0 and below v_m = {v_m}")
+    _, asked = parameters_of("thomsen_regularised", {"v_s": v_s, "v_m - v_s": v_m - v_s})
     s = (SPEED - v_s) / (v_m - v_s)
     sliding = mu_s - sp.Rational(3, 2) * (mu_s - mu_m) * (s - s**3 / 3)
-    return Law(sp.Piecewise((mu_s * SPEED / v_s, v_s > SPEED), (sliding, True)), sp.Integer(0), (v_s,), "Thomsen (6)")
+    kinetic = sp.Piecewise((mu_s * SPEED / v_s, v_s > SPEED), (sliding, True))
+    return Law(kinetic, sp.Integer(0), (v_s,), "Thomsen (6)", requirements=asked)
 
 
 @ready_law
@@ -258,7 +256,8 @@ def exponential(mu_m: Parameter, v_c: Parameter = 1.0) -> Law:
     >>> round(sf.laws.exponential(0.4)(1.0), 6)
     0.147152
     """
-    return Law(mu_m * sp.exp(-SPEED / _scale(v_c, "v_c")), mu_m, source="Younes and Ashour (3)")
+    (v_c,), asked = parameters_of("exponential", {"v_c": v_c})
+    return Law(mu_m * sp.exp(-SPEED / v_c), mu_m, source="Younes and Ashour (3)", requirements=asked)
 
 
 @ready_law
@@ -312,7 +311,9 @@ def piecewise_linear(
     else:
         breaks = tuple(speeds[1:-1])
     lines = [values[i] + slope * (SPEED - speeds[i]) for i, slope in enumerate(slopes)]
-    return Law(broken_line(SPEED, breaks, lines), mu_s, breaks, source="Guida (2)")
+    steps = {f"the step from {a} to {b} of the speeds": sp.sympify(b - a) for a, b in itertools.pairwise(speeds)}
+    _, asked = parameters_of("piecewise_linear", steps)
+    return Law(broken_line(SPEED, breaks, lines), mu_s, breaks, source="Guida (2)", requirements=asked)
 
 
 @alone(SYMBOLIC)

@@ -14,6 +14,7 @@ from symfric.model.arguments import is_one_of
 from symfric.model.averaged_across import coefficient_across
 from symfric.model.averaged_law import effective_coefficient
 from symfric.model.laws.memory import Memory
+from symfric.model.laws.requirements import Requirement, open_ones
 from symfric.model.numeric import numeric_function
 from symfric.model.steps import with_steps
 from symfric.model.symbols import SPEED, expression, finite, numbers_of, refuse_speed, scalar, shortened
@@ -67,6 +68,8 @@ class Law:
         a straight line over the nearest part in 1e9 of the speed.
     memory : Memory, optional
         States of a law with memory, their rates and the coefficient; see `symfric.model.laws.memory`.
+    requirements : tuple of Requirement
+        What its parameters must satisfy, whatever values they get.
 
     Examples
     --------
@@ -87,6 +90,7 @@ class Law:
     source: str = ""
     steep: tuple[sp.Expr, ...] = field(default=(), repr=False)
     memory: Memory | None = None
+    requirements: tuple[Requirement, ...] = field(default=(), repr=False, compare=False)
 
     @alone(SYMBOLIC)
     def __post_init__(self) -> None:
@@ -101,6 +105,7 @@ class Law:
         for low, high in itertools.pairwise(speeds):
             if (high - low).is_number and high - low <= 0:
                 raise SceneError(f"the breaks of a law must increase and be positive; {high} follows {low}")
+        object.__setattr__(self, "requirements", open_ones(self.requirements))
 
     def __repr__(self) -> str:
         """Return the law without its memory, of which only the number of states is told."""
@@ -196,7 +201,8 @@ class Law:
         steep = tuple(change(b) for b in self.steep)
         kept = None if self.memory is None else self.memory.mapped(change)
         parts = {"kinetic": change(self.kinetic), "stick": change(self.stick), "breaks": breaks, "steep": steep}
-        return replace(self, **parts, memory=kept)
+        asked = tuple(e._replace(value=change(e.value)) for e in self.requirements)
+        return replace(self, **parts, memory=kept, requirements=asked)
 
     @alone(SYMBOLIC)
     def regularised(self, v_s: float | sp.Expr, shape: Shape = "linear") -> "Law":
@@ -235,10 +241,10 @@ class Law:
         if not is_one_of(shape, SHAPES):
             raise SceneError(f"no regularisation of shape {shortened(shape)}; there are {', '.join(SHAPES)}")
         source = f"{self.source}, regularised: {_REGULARISATIONS[shape]}"
-        zero = sp.Integer(0)
+        zero, asked = sp.Integer(0), (*self.requirements, Requirement("v_s of a regularisation", v_s))
         if shape != "linear":
             step = sp.atan(SPEED / v_s) * 2 / sp.pi if shape == "arctan" else sp.tanh(SPEED / v_s)
-            return Law(self.kinetic * step, zero, self.breaks, source)
+            return Law(self.kinetic * step, zero, self.breaks, source, requirements=asked)
         rest = self.at_rest
         jump = sp.simplify(rest - self.stick) != 0
         edge = 2 * v_s if jump else v_s
@@ -248,7 +254,7 @@ class Law:
         breaks = (v_s, *((edge,) if jump else ()), *(edge + b for b in self.breaks))
         shifted = self.kinetic.subs(SPEED, SPEED - edge)
         pieces += shifted.args if isinstance(shifted, sp.Piecewise) else [(shifted, True)]
-        return Law(sp.Piecewise(*pieces), zero, breaks, source)
+        return Law(sp.Piecewise(*pieces), zero, breaks, source, requirements=asked)
 
     @alone(SYMBOLIC)
     def averaged(self, q: float | sp.Expr) -> "Law":
@@ -278,7 +284,8 @@ class Law:
         if q.is_zero:
             return self
         kinetic, breaks = effective_coefficient(self.kinetic, self.breaks, q)
-        return Law(kinetic, sp.Integer(0), breaks, f"{self.source}, under fast vibration: Thomsen (41), (47)", breaks)
+        source = f"{self.source}, under fast vibration: Thomsen (41), (47)"
+        return Law(kinetic, sp.Integer(0), breaks, source, breaks, requirements=self.requirements)
 
     @alone(SYMBOLIC)
     def averaged_across(self, q: float | sp.Expr) -> "Law":
@@ -316,7 +323,8 @@ class Law:
         if q.is_zero:
             return self
         kinetic, breaks = coefficient_across(self.kinetic, self.breaks, q)
-        return Law(kinetic, sp.Integer(0), breaks, f"{self.source}, under fast vibration across: derivations/plane")
+        source = f"{self.source}, under fast vibration across: derivations/plane"
+        return Law(kinetic, sp.Integer(0), breaks, source, requirements=self.requirements)
 
     def _intensity(self, q: float | sp.Expr) -> sp.Expr:
         """Return the intensity of a fast vibration as an expression, or raise if it or the law does not serve."""

@@ -72,7 +72,8 @@ def rate_and_state(
     (0.6, 0.588487074535)
     """
     flag(smooth, "smooth")
-    mu0, a, b, D_c, V0 = parameters_of("rate_and_state", {"mu0": mu0, "a": a, "b": b, "D_c": D_c, "V0": V0})
+    positive = {"mu0": mu0, "a": a, "b": b, "D_c": D_c, "V0": V0}
+    (mu0, a, b, D_c, V0), asked = parameters_of("rate_and_state", positive)
     if not is_one_of(law, ("aging", "slip")):
         raise SceneError(f"law of rate_and_state is {shortened(law)}; there are aging, slip")
     (z,) = state_symbols(1)
@@ -85,4 +86,4 @@ def rate_and_state(
         rate = -SPEED / D_c * (z + sp.log((SLIP / V0) ** 2 + _LEAST**2) / 2)
     steady = mu0 + (a - b) * sp.log(SPEED / V0)
     memory = Memory((rate,), force, sp.oo, sp.S.Zero, slowest=_LEAST * V0)
-    return Law(steady, mu0, source="Dieterich (1979), Ruina (1983)", memory=memory)
+    return Law(steady, mu0, source="Dieterich (1979), Ruina (1983)", memory=memory, requirements=asked)

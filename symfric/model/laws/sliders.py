@@ -13,6 +13,7 @@ from symfric.errors import SceneError
 from symfric.model.laws.arguments import Parameter, parameters_of, ready_law, whole
 from symfric.model.laws.law import Law
 from symfric.model.laws.memory import SLIP, Memory, state_symbols
+from symfric.model.laws.requirements import Requirement
 from symfric.model.symbols import SPEED, expression, listed, shortened
 
 _MOST_ELEMENTS = 1000  # of Iwan's law
@@ -61,10 +62,11 @@ def maxwell_slip(stiffness: Sequence[Parameter], limits: Sequence[Parameter], b:
     stiffness, limits = listed(stiffness, "stiffness"), listed(limits, "limits")
     if len(stiffness) != len(limits) or not stiffness:
         raise SceneError(f"maxwell_slip has {len(stiffness)} stiffnesses and {len(limits)} limits; give one pair each")
-    k = parameters_of("maxwell_slip", {f"stiffness[{i}]": e for i, e in enumerate(stiffness)})
-    most = parameters_of("maxwell_slip", {f"limits[{i}]": e for i, e in enumerate(limits)})
-    (b,) = parameters_of("maxwell_slip", {}, {"b": b})
-    return _elements(k, most, b, "Iwan (1966), Al-Bender, Lampaert and Swevers (2005)")
+    positive = {f"stiffness[{i}]": e for i, e in enumerate(stiffness)}
+    positive |= {f"limits[{i}]": e for i, e in enumerate(limits)}
+    (*both, b), asked = parameters_of("maxwell_slip", positive, {"b": b})
+    k, most = both[: len(stiffness)], both[len(stiffness) :]
+    return _elements(k, most, b, "Iwan (1966), Al-Bender, Lampaert and Swevers (2005)", asked)
 
 
 @ready_law
@@ -107,7 +109,6 @@ def iwan(R: Parameter, chi: Parameter, phi_max: Parameter, elements: int = 40) -
     >>> round(law(1.0), 12), round(float(law.stiffness), 12)
     (0.666666666667, 2.0)
     """
-    R, phi_max = parameters_of("iwan", {"R": R, "phi_max": phi_max})
     chi = expression(chi, "chi of iwan")
     if chi.is_number and not chi > -1:
         raise SceneError(f"chi of iwan is {chi}; it must be above -1")
@@ -116,19 +117,22 @@ def iwan(R: Parameter, chi: Parameter, phi_max: Parameter, elements: int = 40) -
             f"elements of iwan is {shortened(elements)}; give a whole number from 1 to {_MOST_ELEMENTS}, each of which "
             "is a state"
         )
+    (R, phi_max, _), asked = parameters_of("iwan", {"R": R, "phi_max": phi_max, "chi + 1": chi + 1})
     edges = [phi_max * sp.Rational(i, elements) ** 2 for i in range(elements + 1)]
     k, most = ([R * (b**n - a**n) / n for a, b in itertools.pairwise(edges)] for n in (chi + 1, chi + 2))
-    return _elements(k, most, sp.S.Zero, "Segalman (2005)")
+    return _elements(k, most, sp.S.Zero, "Segalman (2005)", asked)
 
 
-def _elements(k: list[sp.Expr], most: list[sp.Expr], b: sp.Expr, source: str) -> Law:
+def _elements(
+    k: list[sp.Expr], most: list[sp.Expr], b: sp.Expr, source: str, requirements: tuple[Requirement, ...]
+) -> Law:
     z = state_symbols(len(k))
     force = sp.Add(*(a * e for a, e in zip(k, z, strict=True))) + b * SLIP
     stored = sp.Add(*(a * e**2 / 2 for a, e in zip(k, z, strict=True)))
     limits = tuple(limit / a for limit, a in zip(most, k, strict=True))
     total = sp.Add(*most)
     memory = Memory((SLIP,) * len(k), force, sp.Add(*k), stored, limits=limits)
-    return Law(total + b * SPEED, total, source=source, memory=memory)
+    return Law(total + b * SPEED, total, source=source, memory=memory, requirements=requirements)
 
 
 @ready_law
@@ -169,13 +173,14 @@ def bouc_wen(alpha: Parameter, beta: Parameter, gamma: Parameter, n: Parameter) 
     >>> round(law(1.0), 12), law.stiffness
     (0.1, 100.000000000000)
     """
-    (alpha,) = parameters_of("bouc_wen", {"alpha": alpha})
     beta, gamma = expression(beta, "beta of bouc_wen"), expression(gamma, "gamma of bouc_wen")
     n = whole(expression(n, "n of bouc_wen"))
     if n.is_number and n < 1:
         raise SceneError(f"n of bouc_wen is {n}; it must be at least 1")
     if (beta + gamma).is_number and not beta + gamma > 0:
         raise SceneError(f"beta + gamma of bouc_wen is {beta + gamma}; it must be positive")
+    positive = {"alpha": alpha, "beta + gamma": beta + gamma}
+    (alpha, *_), asked = parameters_of("bouc_wen", positive, {"n - 1": n - 1})
     (z,) = state_symbols(1)
     most = (alpha / (beta + gamma)) ** (1 / n)
     size = sp.Abs(z) if n.is_Integer else sp.sqrt(z**2 + (_NEAR * most) ** 2)
@@ -187,4 +192,4 @@ def bouc_wen(alpha: Parameter, beta: Parameter, gamma: Parameter, n: Parameter) 
         along, across = size ** (n - 1) * z, size**n
     rate = alpha * SLIP - beta * SPEED * along - gamma * SLIP * across
     memory = Memory((rate,), z, alpha, z**2 / (2 * alpha), beta - sp.Abs(gamma))
-    return Law(most, most, source="Wen (1976)", memory=memory)
+    return Law(most, most, source="Wen (1976)", memory=memory, requirements=asked)
