@@ -21,7 +21,6 @@ from symfric.solve.exact.record.accumulation import (
     LOW,
     MU,
     SLOPE,
-    STATIC,
     STIFF,
     enter,
     hold,
@@ -31,8 +30,19 @@ from symfric.solve.exact.record.accumulation import (
     note_end,
     quiet,
 )
+from symfric.solve.exact.record.cells import (
+    AHEAD,
+    BEHIND,
+    FARTHEST,
+    ahead,
+    bound_friction,
+    cell_of,
+    drive,
+    friction_holds,
+    is_lost,
+    take_off,
+)
 from symfric.solve.exact.record.forced_flow import (
-    EPS,
     KAPPA,
     UF,
     UG,
@@ -49,13 +59,11 @@ from symfric.solve.exact.record.forced_flow import (
 )
 from symfric.solve.exact.record.workspace import RecordArrays
 from symfric.solve.loop.arithmetic import slope
-from symfric.solve.loop.codes import LOST_CONTACT, NOT_FINITE, OK, STEP_BUDGET, UNDECIDED
-from symfric.solve.loop.precision import ROUNDING
+from symfric.solve.loop.codes import LOST_CONTACT, NOT_FINITE, OK, STEP_BUDGET
 from symfric.solve.loop.run_rules import begin_counting, begin_values, budget
 from symfric.solve.status import EVENTS_FULL, PATH_FULL
 
 INSIDE, AT_REST, AT_EDGE = range(3)  # kinds of end of a piece
-BEHIND, AHEAD, FARTHEST = range(3)  # entries of `grip`
 
 
 @part
@@ -73,7 +81,7 @@ def reset(w: RecordArrays) -> None:
         w.rows[k // 5, k % 5] = w.data[n_f + 4 * n_c + k]
     w.place.gaps = 0
     for c in range(n_c):
-        _take_off(w, c)
+        take_off(w, c)
     kinds, w.sizes.stiffest = 0, 0.0
     for c in range(n_c):
         k = 0
@@ -96,26 +104,6 @@ def reset(w: RecordArrays) -> None:
         friction = w.force[KINETIC] * w.cells[w.kinds[n_c + k], SLOPE]
         for side in range(2):
             _transition(w, w.tables[2 * k + side], w.force[STIFF] + (2 * side - 1) * friction)
-
-
-@compiled
-def _take_off(w: RecordArrays, c: int) -> None:
-    """Take the part off a cell in which friction would be negative."""
-    line = w.cells[c]
-    zero = -line[MU] / line[SLOPE] if line[SLOPE] != 0.0 else 0.0
-    if line[SLOPE] > 0.0 and _is_negative(line, line[LOW]):
-        line[LOW], w.place.gaps = min(zero, line[HIGH]), 1
-    elif line[SLOPE] < 0.0 and _is_negative(line, line[HIGH]):
-        line[HIGH], w.place.gaps = max(zero, line[LOW]), 1
-    elif line[SLOPE] == 0.0 and line[MU] < 0.0:
-        line[LOW], line[HIGH], w.place.gaps = np.inf, -np.inf, 1
-
-
-@compiled
-def _is_negative(line: np.ndarray, u: float) -> bool:
-    """Whether the coefficient of a cell is negative at u by more than rounding."""
-    part = line[SLOPE] * u
-    return bool(line[MU] + part < -8.0 * EPS * (abs(line[MU]) + abs(part)) or part == -np.inf)
 
 
 @compiled
@@ -174,45 +162,11 @@ def _slip(
 
 
 @compiled
-def _ahead(w: RecordArrays, u: float, way: float) -> int:
-    """Return the cell into which a mass at rest at u would slip; on an edge it depends on the direction."""
-    c = w.place.where
-    while way > 0.0 and c < w.cells.shape[0] - 1 and u >= w.cells[c, HIGH]:
-        c += 1
-    while way < 0.0 and c > 0 and u <= w.cells[c, LOW]:
-        c -= 1
-    return c
-
-
-@compiled
-def _bound_friction(w: RecordArrays, u: float) -> float:
-    """Set the static friction at rest at u in both directions; return u, or the edge that equals it to rounding."""
-    w.grip[FARTHEST] = max(w.grip[FARTHEST], abs(u))
-    for column in (LOW, HIGH):
-        edge = w.cells[w.place.where, column]
-        if abs(u - edge) <= ROUNDING * max(w.grip[FARTHEST], abs(edge)) < np.inf:
-            u = edge
-    for side, way in ((BEHIND, -1.0), (AHEAD, 1.0)):
-        line = w.cells[_ahead(w, u, way)]
-        w.grip[side] = w.force[STATIC] * (line[MU] + line[SLOPE] * u)
-    return u
-
-
-@compiled
-def _drive(w: RecordArrays, u: float, a: float) -> float:
-    """Return the direction in which the applied force moves a mass at rest at u, 0 if friction holds it."""
-    applied = w.force[GAIN] * a + w.force[CONSTANT] - w.force[STIFF] * u
-    if applied > w.grip[AHEAD] * (1.0 + 4.0 * EPS):  # a force that equals the bound to rounding is held
-        return 1.0
-    return -1.0 if applied < -w.grip[BEHIND] * (1.0 + 4.0 * EPS) else 0.0
-
-
-@compiled
 def _stick(w: RecordArrays, t: float, h: float, u: float, a: float, slope_a: float) -> tuple[float, float]:
     """Stick for at most h; return the time used and the direction of the slip that follows."""
-    stop, side = 0.0, _drive(w, u, a)
+    stop, side = 0.0, drive(w, u, a)
     if side == 0.0:
-        stop, side = h, _drive(w, u, a + slope_a * h)
+        stop, side = h, drive(w, u, a + slope_a * h)
         if side != 0.0:
             bound = side * w.grip[AHEAD if side > 0.0 else BEHIND]
             applied = w.force[GAIN] * a + w.force[CONSTANT] - w.force[STIFF] * u
@@ -225,14 +179,6 @@ def _stick(w: RecordArrays, t: float, h: float, u: float, a: float, slope_a: flo
 
 
 @compiled
-def _cell_of(w: RecordArrays, u: float) -> int:
-    c = 0
-    while c < w.cells.shape[0] - 1 and u >= w.cells[c, HIGH]:
-        c += 1
-    return c
-
-
-@compiled
 def _turn(w: RecordArrays, t: float, old: float, new: float, u: float) -> None:
     """Log a change of mode."""
     if new != old:
@@ -242,7 +188,7 @@ def _turn(w: RecordArrays, t: float, old: float, new: float, u: float) -> None:
         hold(w, u)
     else:
         w.clock.rest = np.nan
-        w.place.where = _ahead(w, u, new)
+        w.place.where = ahead(w, u, new)
         enter(w, new)
 
 
@@ -259,22 +205,6 @@ def _next_due(w: RecordArrays, i: int, whole: float) -> np.int64:
 
 
 @compiled
-def _is_lost(w: RecordArrays, u: float) -> bool:
-    """Whether friction would be negative at u, or beyond it."""
-    return bool(w.place.gaps and not w.cells[w.place.where, LOW] <= u <= w.cells[w.place.where, HIGH])
-
-
-@compiled
-def _friction_holds(w: RecordArrays, u: float) -> int:
-    """Return the status of the friction at the start, which may not be negative, nor larger once it slips."""
-    kinetic, static = w.force[KINETIC], w.force[STATIC]
-    if _is_lost(w, u) or (kinetic < 0.0 and static < 0.0):
-        return LOST_CONTACT
-    rounding = 1e-12 * abs(static)
-    return UNDECIDED if kinetic < -rounding or kinetic > static + rounding else OK
-
-
-@compiled
 def _begin(w: RecordArrays) -> tuple[float, float, float]:
     """Initialise the run; return displacement, velocity and mode."""
     u, v = w.given_y[0], w.given_y[1]
@@ -282,10 +212,10 @@ def _begin(w: RecordArrays) -> tuple[float, float, float]:
     begin_values(w)
     for e in range(w.observed.total.shape[0]):
         w.observed.total[e, 0], w.observed.total[e, 1] = np.inf, -np.inf
-    w.place.where, w.grip[FARTHEST] = _cell_of(w, u), abs(u)
+    w.place.where, w.grip[FARTHEST] = cell_of(w, u), abs(u)
     if v == 0.0:
-        u = _bound_friction(w, u)
-    s = math.copysign(1.0, v) if v != 0.0 else _drive(w, u, w.samples[0])
+        u = bound_friction(w, u)
+    s = math.copysign(1.0, v) if v != 0.0 else drive(w, u, w.samples[0])
     _turn(w, 0.0, s, s, u)
     return u, v, s
 
@@ -295,7 +225,7 @@ def _stick_on(w: RecordArrays, i: int, stop: Any, u: float) -> int:
     """Stick over whole samples; return the first in which the mass is released, or `stop`."""
     while i < stop:
         b = w.samples[i + 1] if i < w.samples.size - 1 else 0.0
-        if _drive(w, u, b) != 0.0:
+        if drive(w, u, b) != 0.0:
             break
         note_end(w, u, b)
         i += 1
@@ -337,7 +267,7 @@ def march(w: RecordArrays) -> int:
     """Run over the record and on to the horizon; return a status."""
     u, v, s = _begin(w)
     w.y[0], w.y[1], w.y[2] = u, v, 0.0
-    status = _friction_holds(w, u)
+    status = friction_holds(w, u)
     if status != OK:
         return status
     dt, parts, n = w.record.dt, w.place.parts, w.samples.size - 1
@@ -351,7 +281,7 @@ def march(w: RecordArrays) -> int:
         slope_a = (w.samples[i + 1] - a) / dt if inside else 0.0
         t = i * dt + part * whole + tau
         h = min(whole, w.clock.t_end - i * dt - part * whole)
-        if s == 0.0 and not inside and _drive(w, u, 0.0) == 0.0:  # at rest until the horizon
+        if s == 0.0 and not inside and drive(w, u, 0.0) == 0.0:  # at rest until the horizon
             i, part, tau, h = last, parts - 1, 0.0, w.clock.t_end - t
         a_now = a + slope_a * (part * whole + tau)
         if s == 0.0:
@@ -361,8 +291,8 @@ def march(w: RecordArrays) -> int:
             u, v, spent, kind = _slip(w, t, h - tau, u, v, s, a_now, slope_a)
             new = s
             if kind == AT_REST:
-                u = _bound_friction(w, u)
-                new = _drive(w, u, a_now + slope_a * spent)
+                u = bound_friction(w, u)
+                new = drive(w, u, a_now + slope_a * spent)
         w.counts.steps += 1
         w.counts.stall = 0 if spent > 0.0 else w.counts.stall + 1
         w.y[0], w.y[1], w.y[2] = u, v, t + spent
@@ -376,7 +306,7 @@ def march(w: RecordArrays) -> int:
         elif kind == AT_REST:
             _turn(w, t + spent, s, new, u)
             s = new
-        if _is_lost(w, u):
+        if is_lost(w, u):
             return LOST_CONTACT
         status = budget(w, t)
         if status != OK:
