@@ -70,6 +70,13 @@ def test_multipliers_are_those_of_differences(which):
     assert orbit.differentiable
     found = np.linalg.eigvals(slopes(orbit))
     assert np.sort(np.abs(orbit.multipliers)) == pytest.approx(np.sort(np.abs(found)), abs=3e-6)
+
+
+@pytest.mark.long(beside="test_multipliers_are_those_of_differences")
+@pytest.mark.parametrize("which", CYCLES)
+def test_motions_end_on_the_cycle(which):
+    scene = CYCLES[which]()
+    orbit = sf.limit_cycle(scene, tolerance=1e-12)
     late = sf.simulate(scene.starting(dict.fromkeys(q, 0.02)).until(400.0), tolerance=1e-12).checked()
     last = late.t_final - orbit.period * np.linspace(0, 1, 4001)
     assert 0.5 * np.ptp(late(last), axis=1) == pytest.approx(orbit.half_range, rel=1e-4, abs=1e-5)

@@ -108,7 +108,7 @@ def test_second_derivatives_leave_the_first_ones_alone():
     assert both.sensitivities["mu"] == pytest.approx(first.sensitivities["mu"], rel=1e-9)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_derivatives_have_the_error_of_the_run")
 @pytest.mark.parametrize("load", [1e-16, 1e-20])
 def test_a_start_that_another_event_ends_at_once_has_derivatives(load):
     """A weak load lets a second mass go at once: high powers of that time are zero, which a run once divided by."""
