@@ -79,6 +79,7 @@ def test_derivatives_of_a_ball(e, tolerance):
         assert run.output_sensitivities["normal"][key] == pytest.approx(weight, rel=1e-9), key
 
 
+@pytest.mark.long(beside="test_derivatives_if_the_first_bounces_are_the_last")
 @pytest.mark.parametrize("tolerance", [1e-6, pytest.param(1e-9, marks=pytest.mark.long)])
 def test_derivatives_with_drag(tolerance):
     scene = thrown(0.6, drag=0.05)

@@ -192,6 +192,7 @@ def test_a_rocking_block_loses_speed_by_housners_ratio_and_comes_to_rest():
     assert run.energy_residual() < 1e-7
 
 
+@pytest.mark.long(beside="test_the_orbit_of_an_impact_oscillator_and_its_multipliers")
 def test_derivatives_through_impacts():
     z, w, r = sp.symbols("z w r", positive=True)
     system = sf.System([x], [u], [[1]], [-2 * z * u - x + sp.cos(w * sf.TIME)])
