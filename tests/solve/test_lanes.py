@@ -235,7 +235,7 @@ def test_few_steps_are_left_to_the_event_loop(name, monkeypatch):
     assert taken[0].kernels.calls - changes < 0.15 * np.sum(batch.counted[:, 0])
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.long(beside="test_a_case_in_a_lane_has_the_bits_of_the_event_loop")
 @pytest.mark.parametrize("width", [2, 4, 8, 16])
 def test_the_width_of_the_vectors_does_not_change_a_bit(width):
     program, y, p = cases("belt, all outputs", 60)
