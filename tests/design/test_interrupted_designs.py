@@ -77,6 +77,7 @@ def test_the_design_before_its_verification_is_kept(name, monkeypatch, caplog):
     kept.plot()
 
 
+@pytest.mark.long(beside="test_the_best_absorber_with_friction_until_then_is_kept")
 def test_of_an_interrupted_survey_the_best_is_kept(monkeypatch):
     """Earlier interrupts keep designs that are no better, and none is kept before the first is known."""
     call = CALLS["contact_damper"][1]

@@ -88,7 +88,7 @@ def test_the_mean_vanishes_exactly_at_rest(name):
 SHORT = [("square root", 0.01), ("lorentz", 5.0), ("tanh", 5.0), ("piecewise", 1.0)]
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_means_of_means_are_short_too")
 @pytest.mark.parametrize("case", longer(SHORT, SHORT[1:3]))
 def test_no_integral_is_left_and_the_graph_is_short(case):
     name, q = case

@@ -251,7 +251,7 @@ def test_growth_that_does_not_cross_zero_is_no_hopf_point(damping, bracket, word
         hopf(damped(damping, slip=lambda u: u - 1 - P), "p", bracket)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_growth_that_does_not_cross_zero_is_no_hopf_point")
 @pytest.mark.parametrize("way", [1, -1])
 def test_a_fold_of_equilibria_is_no_hopf_point(way):
     """x = -1 is the last equilibrium below, and x = 2, which vibrates, takes over; or mirrored."""
