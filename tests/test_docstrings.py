@@ -192,7 +192,7 @@ def failed(tmp_path, monkeypatch):
     return run
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("module", EXAMPLES)
 def test_examples_run_and_print_what_they_say(module, failed):
     found = list(examples(module))

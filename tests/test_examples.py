@@ -274,7 +274,7 @@ COSTLY = [
 ]
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", longer(SCRIPTS, COSTLY))
 def test_a_script_answers_its_question(name, capsys):
     pytest.importorskip(NEEDS.get(name, "symfric"), reason="an extra that the example needs is not installed")

@@ -54,6 +54,7 @@ def test_a_ball_without_drag(e, tolerance):
     assert run["rms"] == pytest.approx(g * np.sqrt(left / END), rel=1e-12)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("e", [0.3, 0.6, 0.9])
 def test_the_error_with_drag_is_that_of_the_motion(e):
     tight = sf.simulate(thrown(e, drag=0.05), tolerance=1e-14)
@@ -128,6 +129,7 @@ def test_a_shaken_floor_and_many_cases():
         assert batch["square"][k] == pytest.approx(run["square"], rel=1e-6)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("e", [1e-3, 0.02])
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
 def test_derivatives_if_the_first_bounces_are_the_last(e, tolerance):

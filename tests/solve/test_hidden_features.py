@@ -100,7 +100,7 @@ def test_a_narrow_feature_inside_another_function(argument, width):
     agrees(scene, reference(lambda t, y: [y[1], -y[0] + f(1.2 - y[1])], [0.9, 0.0], width))
 
 
-@pytest.mark.one_in(8)
+@pytest.mark.long(beside="test_a_force_that_is_a_pulse_in_time")
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_load_that_is_a_pulse_while_a_contact_slips(shape, width):

@@ -190,7 +190,7 @@ SLIPS = {  # of a slip that begins at zero and may be shorter than a step; conti
 }
 
 
-@pytest.mark.one_in(18)
+@pytest.mark.long(beside="test_motion_events_and_outputs_agree_with_the_taylor_route")
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
 @pytest.mark.parametrize("name", SLIPS)
 def test_short_slips_of_an_excited_belt_are_found(name, tolerance):

@@ -189,7 +189,7 @@ def test_a_case_in_a_lane_has_the_bits_of_the_event_loop(name):
         same(run_in_lanes(lanes, y[n - few :], p[n - few :], 1, None), some(batch, slice(n - few, n)))
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_a_case_in_a_lane_has_the_bits_of_the_event_loop")
 @pytest.mark.parametrize("name", longer(("a controller", "kicks", "an escapement"), ("an escapement",)))
 def test_derivatives_over_clocks_have_the_bits_of_single_runs(name, monkeypatch):
     monkeypatch.setattr(laned, "LEAST", 1)

@@ -72,13 +72,13 @@ def test_no_mixed_scene_fails_in_silence(seed):
     assert {v.kind for v in found} == set(KINDS)
 
 
-@pytest.mark.long(beside="test_rounding_of_forces_that_cancel_decides_nothing")
+@pytest.mark.long(beside="test_no_mixed_scene_fails_in_silence")
 def test_all_routes_choose_the_same_of_two_modes_that_agree_with_the_forces():
     """A stuck joint and a belt that its body reaches, static friction above kinetic: either may go on slipping."""
     assert prepared("mixed", 40).verdict(165).verdict == "agrees"
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_no_mixed_scene_fails_in_silence")
 @pytest.mark.parametrize("scene", longer(["44/68", "6/84", "1/87", "1/165"], ("1/87", "1/165")))
 def test_rounding_of_forces_that_cancel_decides_nothing(scene):
     """A law without a jump at balance; a bound exceeded by rounding; a stiff spring; five contacts on two masses."""
