@@ -77,7 +77,9 @@ def test_settling_and_measuring_share_their_equations_where_the_phase_is_the_sam
         assert measuring(HARMONIC, times, {}).system is HARMONIC.system
     for times in (Schedule(7.5 * period, period, period), Schedule(7.001 * period, period), Schedule(1.0, 2.0, np.nan)):
         moved = measuring(HARMONIC, times, {}).system.force[0]
-        assert float((moved - HARMONIC.system.force[0].subs(T, T + times.settle)).subs({**HARMONIC.values, T: 0.3})) == 0
+        assert (
+            float((moved - HARMONIC.system.force[0].subs(T, T + times.settle)).subs({**HARMONIC.values, T: 0.3})) == 0
+        )
 
 
 @pytest.mark.parametrize("settle", [0.0, 30 * np.pi])

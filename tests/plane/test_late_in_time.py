@@ -58,7 +58,7 @@ def lasting_sticks(run):
     return count
 
 
-@pytest.mark.long(beside="test_a_slow_slip_beside_a_foot_that_sticks_comes_to_rest")
+@pytest.mark.long(beside="test_a_motion_that_begins_late_is_the_same")
 @pytest.mark.parametrize(
     ("frequency", "speed", "mu"), [(1.3, 1.2, 0.5), pytest.param(3.1, 1.2, 0.9, marks=pytest.mark.long)]
 )
@@ -71,7 +71,7 @@ def test_small_slips_about_another_foot_end_late_in_a_run(frequency, speed, mu):
     assert lasting_sticks(fine[0]) == lasting_sticks(fine[1]) > 150
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_a_motion_that_begins_late_is_the_same")
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
 def test_a_slow_slip_beside_a_foot_that_sticks_comes_to_rest(tolerance):
     """It is not held up by the slip of that foot, an error of the run, at the angle at which friction no longer slows it."""

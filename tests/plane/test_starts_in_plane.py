@@ -53,6 +53,7 @@ def touched(turn):
     return sf.Scene(sf.System([x, y], [u, w], sp.eye(2), force), [contact], {}, start, 5.0, {"end": sf.End()})
 
 
+@pytest.mark.long(beside="test_slow_starts_take_few_steps")
 def test_a_start_where_the_force_touches_its_bound_takes_few_steps():
     """The part of the slip across begins with a higher power of time than that along; in turned axes neither does."""
     turned = np.array([[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]])
@@ -96,7 +97,7 @@ def on_a_base(turning):
     )
 
 
-@pytest.mark.long(beside="test_a_start_where_the_force_touches_its_bound_takes_few_steps")
+@pytest.mark.long(beside="test_slow_starts_take_few_steps")
 def test_errors_after_starts_follow_the_tolerance():
     """Each body is let go at rest on the base, and starts, stops and starts again."""
     frames = (True, False)
