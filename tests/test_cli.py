@@ -328,6 +328,7 @@ def test_an_interrupt_that_was_swallowed_comes_back():
         signal.signal(signal.SIGINT, before)
 
 
+@pytest.mark.long(beside="test_an_interrupted_reproduction_keeps_what_is_finished")
 def test_interrupt_ends_with_130(tmp_path):
     text = '[scene]\nmodel = "mass_on_belt"\n[values]\nv_b = 0.2\n[sweep]\nfrom = 0.1\nto = 0.4\nnumber = 10000\n'
     (tmp_path / "long.toml").write_text(text + "settle = 1e5\n")

@@ -192,6 +192,7 @@ def failed(tmp_path, monkeypatch):
     return run
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("module", EXAMPLES)
 def test_examples_run_and_print_what_they_say(module, failed):
     found = list(examples(module))
@@ -199,7 +200,7 @@ def test_examples_run_and_print_what_they_say(module, failed):
     assert failed(test for test in found if test.name not in COSTLY.get(module, ())) == ""
 
 
-@pytest.mark.one_in(7)
+@pytest.mark.one_in(20)
 @pytest.mark.parametrize(("module", "name"), ALONE)
 def test_costly_examples_run_and_print_what_they_say(module, name, failed):
     found = [test for test in examples(module) if test.name == name]

@@ -180,6 +180,11 @@ def results(block):
 # statements of half a second and more whose names no other block takes; other tests of what they call run by default
 COSTLY_CALLS = (
     "sf.design.quench(belt, speeds=(0.1, 0.4)",
+    "sf.design.quench(belt, (0.1, 0.4), Omega=(20, 60), a=(0, 0.05), limits=brake)",
+    "sf.design.quench(belt, (0.05, 0.4), Omega=(50, 60), a=(0, 0.02), follow=True",
+    'sf.design.positioning(slide, "sigma"',
+    'drive.two_slides_threshold(**pair, damping="omega2")',
+    "drive.two_slides_cycle(**pair, fs1=7.8)",
     'sf.continue_cycle(belt, "v_b", (0.05, 6), start=',
     "sf.design.sprung_foundation(0.1)",
     'sf.design.positioning(table, "ramp"',
@@ -269,6 +274,7 @@ COSTLY = [
 ]
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("name", longer(SCRIPTS, COSTLY))
 def test_a_script_answers_its_question(name, capsys):
     pytest.importorskip(NEEDS.get(name, "symfric"), reason="an extra that the example needs is not installed")

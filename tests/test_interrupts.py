@@ -40,7 +40,7 @@ MODULES = [
 ]
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.one_in(3)
 @pytest.mark.skipif(os.name != "posix", reason="interrupts of POSIX")
 @pytest.mark.parametrize(
     "place",

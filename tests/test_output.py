@@ -197,6 +197,7 @@ def small_files(size: int):
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
+@pytest.mark.long(beside="test_a_second_file_that_fails_leaves_the_first_as_it_was")
 @pytest.mark.parametrize("command", longer(["study", "reproduce"], ["study"]))
 def test_a_full_disk_leaves_the_files_of_before(command, scene):
     out = scene.parent / "out"

@@ -16,6 +16,7 @@ import sympy as sp
 import symfric as sf
 from symfric import long_calls, shown_progress
 from symfric.long_calls import logged, tell, tell_of_run
+from tests.longer import longer
 
 BELT = sf.scenes.mass_on_belt(v_b=0.4)
 X = BELT.system.q[0]
@@ -137,33 +138,30 @@ def test_a_long_run_of_a_program_is_shown_with_its_fraction(shown):
     assert 0 < fractions[-1] <= 1
 
 
-def test_the_package_tells_what_its_long_calls_are_at(shown):
+KINDS = {
+    "limit_cycle": lambda: sf.limit_cycle(BELT.where({"v_b": 0.2})),
+    "continue_cycle": lambda: sf.continue_cycle(BELT, "v_b", (0.39, 0.41)),
+    "lyapunov": lambda: sf.lyapunov(BELT, 50.0),
+    "map": lambda: sf.prepare(BELT.wanting({"x": sf.Max(X)})).map({"v_b": np.linspace(0.1, 0.4, 2000)}),
+    "sweep": lambda: sf.sweep(BELT.wanting({"x": sf.Max(X)}), {"v_b": np.linspace(0.1, 0.4, 20)}),
+    "damper": lambda: sf.design.damper(BELT, "beta", bounds=(0, 1), speeds=(0.3, 0.45)),
+}
+
+
+@pytest.mark.parametrize("kind", longer(KINDS, ["limit_cycle", "map", "sweep", "damper"]))
+def test_the_package_tells_what_its_long_calls_are_at(shown, monkeypatch, kind):
     """Words or fractions of every kind of call, whether or not it is long enough to be seen here."""
-    told = {}
-
-    def keep(name):
-        def noted(words, fraction=None):
-            told.setdefault(name, []).append((words, fraction))
-
-        return noted
-
-    kinds = {
-        "limit_cycle": lambda: sf.limit_cycle(BELT.where({"v_b": 0.2})),
-        "continue_cycle": lambda: sf.continue_cycle(BELT, "v_b", (0.39, 0.41)),
-        "lyapunov": lambda: sf.lyapunov(BELT, 50.0),
-        "map": lambda: sf.prepare(BELT.wanting({"x": sf.Max(X)})).map({"v_b": np.linspace(0.1, 0.4, 2000)}),
-        "sweep": lambda: sf.sweep(BELT.wanting({"x": sf.Max(X)}), {"v_b": np.linspace(0.1, 0.4, 20)}),
-        "damper": lambda: sf.design.damper(BELT, "beta", bounds=(0, 1), speeds=(0.3, 0.45)),
-    }
-    modules = [m for n, m in list(sys.modules.items()) if n.startswith("symfric.") and vars(m).get("tell") is tell]
-    for name, call in kinds.items():
-        with pytest.MonkeyPatch.context() as patch:
-            for module in modules:
-                patch.setattr(module, "tell", keep(name))
-            call()
-    assert set(told) == set(kinds)
-    assert any(re.match(r"6 orbits to v_b = 0\.\d+", words) for words, _ in told["continue_cycle"])
-    assert all(0 <= f <= 1 for _, f in told["lyapunov"])
+    told = []
+    KINDS[kind]()  # loads the modules that tell
+    for name, module in list(sys.modules.items()):
+        if name.startswith("symfric.") and vars(module).get("tell") is tell:
+            monkeypatch.setattr(module, "tell", lambda words, fraction=None: told.append((words, fraction)))
+    KINDS[kind]()
+    assert told
+    if kind == "continue_cycle":
+        assert any(re.match(r"6 orbits to v_b = 0\.\d+", words) for words, _ in told)
+    if kind == "lyapunov":
+        assert all(0 <= f <= 1 for _, f in told)
 
 
 def test_a_short_call_costs_microseconds():
@@ -191,14 +189,25 @@ def script(code, **environment):
     )
 
 
-def test_a_script_gets_lines_on_stderr_or_from_its_log_or_none():
-    done = script("count(5)")
-    assert re.fullmatch(r"symfric: count: \d+ %, \d of 5\nsymfric: count: \d+\.\d s\n", done.stderr)
-    done = script("import logging; logging.basicConfig(level='INFO', format='LOG %(message)s'); count(5)")
-    assert re.fullmatch(r"LOG count: \d+ %, \d of 5\nLOG count: 0\.\d s\n", done.stderr)
-    done = script("import logging; logging.basicConfig(); count(5)")
-    assert done.stderr == ""
-    assert script("sf.show_progress(False); count(5)").stderr == ""
+SCRIPTS = [  # what is before the call, and what it then writes on stderr
+    ("", r"symfric: count: \d+ %, \d of 5\nsymfric: count: \d+\.\d s\n"),
+    (
+        "import logging; logging.basicConfig(level='INFO', format='LOG %(message)s'); ",
+        r"LOG count: \d+ %, \d of 5\nLOG count: 0\.\d s\n",
+    ),
+    ("import logging; logging.basicConfig(); ", ""),
+    ("sf.show_progress(False); ", ""),
+]
+
+
+@pytest.mark.parametrize("way", longer(range(len(SCRIPTS)), [2, 3]))
+def test_a_script_gets_lines_on_stderr_or_from_its_log_or_none(way):
+    before, written = SCRIPTS[way]
+    assert re.fullmatch(written, script(f"{before}count(5)").stderr)
+
+
+@pytest.mark.long(beside="test_a_script_gets_lines_on_stderr_or_from_its_log_or_none")
+def test_a_script_may_switch_lines_off_or_have_no_stderr():
     assert script("count(5)", SYMFRIC_PROGRESS="0").stderr == ""
     assert script("sys.stderr.close(); count(5); print('ended')").stdout == "ended\n"
 
@@ -233,6 +242,7 @@ def on_terminal(code, interrupt_at=None):
     return written.decode(), process.wait(60)
 
 
+@pytest.mark.long(beside="test_an_interrupt_leaves_no_bar_on_a_terminal")
 @pytest.mark.skipif(os.name != "posix", reason="terminals of POSIX")
 def test_a_terminal_has_a_bar_that_disappears():
     written, status = on_terminal("count(8); print('after')")

@@ -108,6 +108,7 @@ def root(tmp_path):
     return tmp_path
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("name", FILES)
 def test_a_recipe_works_and_touches_few_files(name, root):
     steps, said = RECIPES[name]

@@ -22,6 +22,7 @@ def test_every_ready_scene_has_a_file_to_start_from():
     assert starters() == sorted(["own", "structure", *ready_scenes()])
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("model", longer(starters(), ["friction_pendulum", "rocking_block"]))
 def test_a_new_file_runs_as_it_is(model, tmp_path):
     place = tmp_path / "scene.toml"

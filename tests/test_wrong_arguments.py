@@ -84,7 +84,7 @@ REFUSALS = sf.SceneError, sf.NotFound, sf.NoRoute, sf.RunFailed
 MISSPELT = [(f, name) for f, good in GOOD.items() for name in good]
 
 
-@pytest.mark.one_in(9)
+@pytest.mark.one_in(18)
 @pytest.mark.parametrize("function", GOOD, ids=lambda f: f.__name__)
 def test_arguments_of_every_other_kind_are_one_line(function):
     for name in GOOD[function]:

@@ -96,7 +96,9 @@ def test_periods_of_a_branch_are_found_again_in_multiple_precision(k):
         assert abs(problem.branched.period(problem.branched.speeds[k], 22) - mp.mpf(problem.reference[k])) < 1e-15
 
 
-@pytest.mark.parametrize(("name", "by_hand"), [("P16", "heyoka, branch"), ("P10", "heyoka, response")])
+@pytest.mark.parametrize(
+    ("name", "by_hand"), [pytest.param("P16", "heyoka, branch", marks=pytest.mark.long), ("P10", "heyoka, response")]
+)
 def test_a_branch_and_a_response_by_hand_are_ours(name, by_hand):
     known = np.array(named(name).reference, dtype=float)
     for who, off in (("symfric", 1e-11), (by_hand, 1e-9)):

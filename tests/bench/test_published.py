@@ -25,7 +25,7 @@ def test_published_results_are_met_to_their_accuracy():
         assert row["difference"] < (1e-11 if "Brake" in row["model"] else 3e-4)
 
 
-@pytest.mark.one_in(6)
+@pytest.mark.long(beside="test_references_are_met")
 @pytest.mark.parametrize("until", [0.3, 0.45, 2.0, 2.6, 5.0])
 def test_mass_on_a_table_moves_as_its_closed_form(until):
     place, speed = motion_in_many_digits(until) if until > 0.41 else (0, 0)

@@ -61,6 +61,7 @@ def test_the_sampler_leaves_nothing_behind():
     assert signal.getitimer(signal.ITIMER_PROF) == (0.0, 0.0)
 
 
+@pytest.mark.long(beside="test_known_work_counts_as_what_it_is")
 def test_a_call_is_measured_in_new_processes(tmp_path, monkeypatch):
     name = "limit cycle, two masses"
     cold, warm, again = where.where([name])

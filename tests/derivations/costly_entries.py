@@ -18,6 +18,7 @@ COSTLY = {
         "(35)",
         "(38)",
         "(39)",
+        "(40)",
         "(45)",
         "(47) line 1",
         "(48)",
@@ -45,6 +46,7 @@ COSTLY = {
     "thomsen_beyond": {
         "2.1",
         "2.2",
+        "2.3",
         "3.1",
         "3.2",
         "3.3",
@@ -116,6 +118,7 @@ COSTLY = {
         "Example 19.5 one half cycle",
         "Example 19.5 rest",
         "after (19.109) frequency",
+        "after (xv) bounds",
         "before (vii)",
     },
     "guida": {

@@ -36,6 +36,16 @@ def rows_of(monkeypatch, source, about):
     return sorted(numeric, key=lambda e: about not in e.equation)
 
 
+@pytest.fixture(autouse=True)
+def forgotten():
+    """A ledger that the test was the first to load is loaded anew by others: it may hold wrong numbers."""
+    before = set(sys.modules)
+    yield
+    sources = {f"derivations.{source}" for *_, source in SPOILED.values()}
+    for module in [m for m in sys.modules if ".".join(m.split(".")[:2]) in sources and m not in before]:
+        del sys.modules[module]
+
+
 def multiplied(right, factor):
     """Return a function whose number is wrong by a factor."""
 
@@ -52,7 +62,7 @@ def multiplied(right, factor):
     return spoiled
 
 
-@pytest.mark.one_in(6)
+@pytest.mark.one_in(12)
 @pytest.mark.parametrize(
     "name", longer(SPOILED, [n for n in SPOILED if n.startswith("damping of") and "peak" not in n])
 )
@@ -63,7 +73,7 @@ def test_a_wrong_number_fails_a_derivation(name, monkeypatch):
     assert not all(evaluate(e).sound for e in rows_of(monkeypatch, source, function.strip("_")))
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_a_wrong_number_fails_a_derivation")
 @pytest.mark.parametrize("source", ["numbers", "guida"])
 def test_right_numbers_pass(source, monkeypatch):
     assert all(evaluate(e).sound for e in rows_of(monkeypatch, source, ""))

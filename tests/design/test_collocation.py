@@ -54,6 +54,7 @@ def test_fastest_move():
     assert np.min(v / a + s * v / c + (1 - s) * v / b) >= found.time * (1 - 1e-9)
 
 
+@pytest.mark.long(beside="test_fastest_move")
 def test_a_block_that_moves_away_at_first():
     # friction helps to stop it: t = m v/(U + F), after m v^2/2/(U + F) in the wrong direction
     found = collocation(block(u0=-0.4), {"w": (-U, U)}, {"x": D, "u": 0.0}, time=(0.1, 20.0))
@@ -131,7 +132,7 @@ def test_bad_arguments(scene, options, words):
 UNITS = [(410.0, 79.0, 0.001), (0.0013, 76.0, 300.0), (140.0, 0.0016, 24.0)]
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.long(beside="test_fastest_move")
 @pytest.mark.parametrize("units", longer(UNITS, UNITS[1:]))
 def test_units_do_not_matter(units):
     """The same move in other units of mass, length and time, with a spring and a law that falls: one number."""

@@ -9,6 +9,7 @@ import pytest
 
 import symfric as sf
 from symfric.design import contact_damper
+from tests.longer import longer
 
 G, X0 = 9.81, 0.01
 
@@ -63,14 +64,15 @@ def test_rod_that_never_moves():
         ({"f_n": (5.0, 9.0), "zeta": (0.0, 0.1)}, {"margin": 0.2}),
     ],
 )
-def test_no_point_of_a_random_search_is_shorter(bounds, options):
+@pytest.mark.parametrize("number", longer([200, 600], [600]))
+def test_no_point_of_a_random_search_is_shorter(bounds, options, number):
     found = contact_damper(rod(), bounds, **options)
     assert found.check.agrees, str(found.check)
     draw = np.random.default_rng(7)
     scene = rod().starting({"x": X0, "u": 0.0}).until(4.0).wanting({"t": sf.StopTime(), "end": sf.End()})
     program = sf.prepare(scene.where({"zeta": 0.01}), 1e-9)
     shortest = np.inf
-    for _ in range(600):
+    for _ in range(number):
         values = {"zeta": 0.0} | {k: draw.uniform(*b) for k, b in bounds.items()}
         run = program.run(values=values)
         limit = values.get("mu_m", 0.1) * G / (2 * pi * values.get("f_n", 3.5)) ** 2

@@ -11,6 +11,7 @@ from symfric.design.controller import design as controller
 from symfric.design.damper import settling
 from symfric.design.optimal_control import collocation
 from symfric.design.quench import design as quench
+from tests.longer import longer
 
 X, U, W = sp.symbols("x u w", real=True)
 D, T = sp.symbols("D T", positive=True)
@@ -57,8 +58,7 @@ def interrupted(*_, **__):
     raise KeyboardInterrupt
 
 
-@pytest.mark.one_in(4)
-@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("name", longer(CALLS, [name for name in CALLS if name != "quench"]))
 def test_the_design_before_its_verification_is_kept(name, monkeypatch, caplog):
     (module, part), call = CALLS[name]
     whole = call()
@@ -77,6 +77,7 @@ def test_the_design_before_its_verification_is_kept(name, monkeypatch, caplog):
     kept.plot()
 
 
+@pytest.mark.long(beside="test_the_best_absorber_with_friction_until_then_is_kept")
 def test_of_an_interrupted_survey_the_best_is_kept(monkeypatch):
     """Earlier interrupts keep designs that are no better, and none is kept before the first is known."""
     call = CALLS["contact_damper"][1]

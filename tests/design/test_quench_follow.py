@@ -60,7 +60,7 @@ def test_it_leaves_the_friction_that_a_fixed_intensity_takes():
     assert running.computed == pytest.approx(running.predicted, rel=0.02)
 
 
-@pytest.mark.one_in(6)
+@pytest.mark.long(beside="test_the_least_ratio_on_fast_belts_is_that_of_thomsen_55")
 @pytest.mark.parametrize(("name", "speeds"), [("cubic", (0.3, 0.5)), ("stribeck", (0.22, 0.6)), ("gauss", (0.2, 0.5)), ("linear pieces", (0.35, 0.7)), ("lorentz", (0.25, 0.6)), ("exponential", (0.4, 0.8))])  # fmt: skip
 def test_ratio_for_other_laws_against_a_dense_grid(name, speeds):
     k = np.linspace(0.02, 1.6, 159)

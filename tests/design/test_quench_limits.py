@@ -75,6 +75,7 @@ def test_constant_friction_inside_and_its_power():
     assert misses(str(error.value)) == pytest.approx([power - 0.05], abs=1e-8)
 
 
+@pytest.mark.long(beside="test_no_point_of_a_dense_grid_is_better")
 def test_acceleration_couples_amplitude_and_frequency():
     """At a = .01 the intensity of (56) needs the frequency a Omega/.01, so the acceleration its square over .01."""
     needed = sf.theory.belt.quench_intensity(CUBIC)

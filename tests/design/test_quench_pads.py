@@ -34,6 +34,7 @@ def test_two_halves_are_a_whole():
     assert above.decay_rate == pytest.approx(same.decay_rate, rel=1e-6)
 
 
+@pytest.mark.long(beside="test_two_halves_are_a_whole")
 def test_two_laws_are_the_law_of_their_sum():
     """The sum written by hand, with the breaks of both, gives the same design, curve and full model."""
     falling, rising = sf.SPEED, sf.SPEED - 0.3

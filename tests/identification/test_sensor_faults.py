@@ -59,6 +59,7 @@ def test_a_shift_is_told_with_its_size(path, shift):
     assert mended.sigma["x"] == pytest.approx(NOISE, rel=0.2)
 
 
+@pytest.mark.long(beside="test_a_shift_is_told_with_its_size")
 def test_each_of_several_records_has_its_own_shift(path):
     generator = np.random.default_rng(2)
     (t, y), _ = record(path, generator, -0.5)
@@ -85,7 +86,7 @@ def test_outliers_are_told_with_their_places(path):
     assert (low, high) == pytest.approx(robust.interval("mu_s"), abs=0.3 * (high - low))
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_outliers_are_told_with_their_places")
 @pytest.mark.parametrize("shift", [0.45, -0.45])
 def test_outliers_at_the_start_of_a_shifted_record_are_told(path, shift):
     """They are too early for shifts that were tried, not for the one that was found."""
@@ -118,6 +119,7 @@ def test_short_records_are_not_judged(path):
     assert short.faults.shifts == short.faults.outliers == {}
 
 
+@pytest.mark.long(beside="test_a_clean_record_has_no_fault")
 def test_a_law_that_is_wrong_is_no_shifted_clock(path):
     """Friction without a drop of its coefficient cannot stick and slip; the residuals are as large as the record."""
     belt = sf.Contact("belt", U - V_B, 1, sf.laws.exponential(MU_S, V_S))

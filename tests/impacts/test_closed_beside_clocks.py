@@ -33,7 +33,7 @@ def kinds(run):
     return [e.kind for e in run.checked().events if e.kind != "impact"]
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-10])
 @pytest.mark.parametrize("clock", ["sampled", "delayed", "reset"])
 @pytest.mark.parametrize("late", [0.0, 1e-6, 1e-3, 1.0])

@@ -80,6 +80,7 @@ def test_more_derivatives_are_those_of_tight_runs(make):
     assert compare(make, range(4, 40)) > 40
 
 
+@pytest.mark.long(beside="test_derivatives_are_those_of_tight_runs")
 def test_many_derivatives_at_once_have_room():
     """What an impact tells about itself is shorter than the derivatives of its time; it was overwritten."""
     structure = next(m for m in MAKERS if m.__name__ == "ball_on_shaken_floor")()

@@ -54,6 +54,7 @@ def test_a_ball_without_drag(e, tolerance):
     assert run["rms"] == pytest.approx(g * np.sqrt(left / END), rel=1e-12)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("e", [0.3, 0.6, 0.9])
 def test_the_error_with_drag_is_that_of_the_motion(e):
     tight = sf.simulate(thrown(e, drag=0.05), tolerance=1e-14)
@@ -79,6 +80,7 @@ def test_derivatives_of_a_ball(e, tolerance):
         assert run.output_sensitivities["normal"][key] == pytest.approx(weight, rel=1e-9), key
 
 
+@pytest.mark.long(beside="test_derivatives_if_the_first_bounces_are_the_last")
 @pytest.mark.parametrize("tolerance", [1e-6, pytest.param(1e-9, marks=pytest.mark.long)])
 def test_derivatives_with_drag(tolerance):
     scene = thrown(0.6, drag=0.05)
@@ -127,6 +129,7 @@ def test_a_shaken_floor_and_many_cases():
         assert batch["square"][k] == pytest.approx(run["square"], rel=1e-6)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("e", [1e-3, 0.02])
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6])
 def test_derivatives_if_the_first_bounces_are_the_last(e, tolerance):

@@ -11,6 +11,7 @@ from tests.impacts.impact_laws import Touching, by_pivots
 from tests.impacts.impact_reference import T
 from tests.impacts.impact_scenes import MAKERS
 from tests.impacts.test_random_scenes import drawn
+from tests.longer import longer
 
 G = 9.81
 SOON = 1e-3  # horizon of a run that shows the accelerations at its start
@@ -116,15 +117,17 @@ def one_start(n, rubbing, seed):
 
 @pytest.mark.one_in(6)
 @pytest.mark.parametrize(("n", "rubbing"), SIZES)
-def test_impacts_of_many_contacts_are_complementary(n, rubbing):
-    for seed in range(20):
+@pytest.mark.parametrize("number", longer([2, 20], [20]))
+def test_impacts_of_many_contacts_are_complementary(number, n, rubbing):
+    for seed in range(number):
         one_impact(n, rubbing, seed)
 
 
 @pytest.mark.one_in(6)
 @pytest.mark.parametrize(("n", "rubbing"), SIZES)
-def test_forces_of_many_contacts_are_those_of_another_method(n, rubbing):
-    for seed in range(20):
+@pytest.mark.parametrize("number", longer([2, 20], [20]))
+def test_forces_of_many_contacts_are_those_of_another_method(number, n, rubbing):
+    for seed in range(number):
         one_start(n, rubbing, seed)
 
 

@@ -44,7 +44,7 @@ def compare(make, seed):
     raise AssertionError(f"seed {seed}: {run.final} and {motion.final}")
 
 
-@pytest.mark.one_in(12)
+@pytest.mark.one_in(24)
 @pytest.mark.parametrize("make", MAKERS, ids=lambda make: make.__name__)
 def test_motions_agree(make):
     for seed in range(4):

@@ -53,7 +53,7 @@ def on_curved_floor(tolerance):
     )
 
 
-@pytest.mark.one_in(6)
+@pytest.mark.long(beside="test_depths_of_all_sizes_end_the_run")
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-7, 1e-12])
 @pytest.mark.parametrize("start", [{}, {"y": 0.1}], ids=["closed", "flying"])
 def test_how_deep_a_body_is_put_decides_at_every_tolerance(tolerance, start):

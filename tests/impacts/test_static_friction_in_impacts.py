@@ -106,7 +106,7 @@ def test_contacts_that_rest_and_slide_in_one_impact(resting, struck_body):
     assert unlike or resting == 0
 
 
-@pytest.mark.one_in(8)
+@pytest.mark.long(beside="test_contacts_that_rest_and_slide_in_one_impact")
 @pytest.mark.parametrize("seed", [6, 19, *range(6)])
 def test_of_many_contacts_those_that_could_stick_do(seed):
     """Eight contacts, too many for all combinations; strong coupling, with which the laws leave several answers."""

@@ -63,6 +63,7 @@ def by_hand(factors, modes, forces, jumps):
     return friction, rooms
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("jumps", [False, True])
 @pytest.mark.parametrize("factors", [(1.0, 1.0), (-2.0, 0.5), (3.0, -0.25), (-1.0, -4.0)])
 def test_rooms_and_forces_are_those_written_out(factors, jumps):

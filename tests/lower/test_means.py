@@ -79,15 +79,16 @@ def test_closed_forms_of_the_mean():
     assert float(exponential(0.5)[1]) == pytest.approx(-above / 0.8, rel=1e-12)
 
 
-def test_the_mean_vanishes_exactly_at_rest():
-    for name in ("stribeck", "gauss", "lorentz", "exponential"):
-        assert float(evaluated(LAWS[name][0], 0.3)(0)[0]) == 0
+@pytest.mark.one_in(4)
+@pytest.mark.parametrize("name", ["stribeck", "gauss", "lorentz", "exponential"])
+def test_the_mean_vanishes_exactly_at_rest(name):
+    assert float(evaluated(LAWS[name][0], 0.3)(0)[0]) == 0
 
 
 SHORT = [("square root", 0.01), ("lorentz", 5.0), ("tanh", 5.0), ("piecewise", 1.0)]
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_means_of_means_are_short_too")
 @pytest.mark.parametrize("case", longer(SHORT, SHORT[1:3]))
 def test_no_integral_is_left_and_the_graph_is_short(case):
     name, q = case

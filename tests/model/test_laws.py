@@ -124,7 +124,7 @@ def _closing_by_an_integrator(law, orbit):
     return np.linalg.norm(run.y[:, -1] - orbit.start)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_regularised_cubic_law_is_thomsen_6_shifted")
 @pytest.mark.parametrize("v_s", [0.01, 0.03])
 def test_thomsen_6_is_another_law_than_the_moved_one(v_s):
     thomsen, moved = L.thomsen_regularised(0.4, 0.25, 0.5, v_s), L.cubic(0.4, 0.25, 0.5).regularised(v_s)

@@ -166,6 +166,7 @@ def test_steps_and_units_for_other_programs_carry_them(tmp_path, monkeypatch):
     assert b"Unit" not in zipfile.ZipFile(bare).read("modelDescription.xml").replace(b"InitialUnknowns", b"")
 
 
+@pytest.mark.long(beside="test_units_stand_on_axes_and_in_tables")
 def test_pictures_of_orbits_and_branches_show_units():
     scene = pad(outputs={"end": sf.End()})
     labels = lambda ax: (ax.get_xlabel(), ax.get_ylabel())  # noqa: E731

@@ -102,6 +102,7 @@ def test_derivatives_of_a_length_at_a_time():
         assert value == pytest.approx((second["square"][a, b] / 2 - product) / run["r"], rel=1e-9)
 
 
+@pytest.mark.long(beside="test_the_largest_length_of_a_vector_is_that_of_its_path_with_derivatives")
 def test_lengths_in_maps_and_half_ranges():
     scene = pendulum().wanting({"a": sf.Max(sp.sqrt(X**2 + Y**2)), "b": sf.HalfRange(sp.sqrt(X**2 + Y**2))})
     many = sf.prepare(scene).map({"mu": [0.04, 0.06, 0.1]})

@@ -7,6 +7,7 @@ from scipy.optimize import brentq
 import symfric as sf
 from symfric.orbits.continuation.hopf import vanishing_point
 from symfric.orbits.flow_map import FlowMap
+from tests.longer import longer
 from tests.orbits.checked_branches import (
     branch_of,
     forced,
@@ -77,12 +78,12 @@ def shaken():
     return case, branch_of(case)
 
 
-def test_branch_points_of_a_forced_cycle_with_sticking(shaken):
+@pytest.mark.parametrize("sticks", longer([True, False], [False]))
+def test_branch_points_of_a_forced_cycle_with_sticking(shaken, sticks):
     case, branch = shaken
-    points = [s for s in branch.special if s.kind == "branch-point"]
-    assert sorted(s.orbit.stick_fraction > 0 for s in points) == [False, True]
-    for point in points:
-        assert point.value == pytest.approx(own_location(case, branch, point.value, 1e-4), abs=1e-5)
+    points = {s.orbit.stick_fraction > 0: s.value for s in branch.special if s.kind == "branch-point"}
+    assert sorted(points) == [False, True]
+    assert points[sticks] == pytest.approx(own_location(case, branch, points[sticks], 1e-4), abs=1e-5)
 
 
 @pytest.mark.long(beside="test_branch_points_of_a_forced_cycle_with_sticking")

@@ -104,6 +104,7 @@ def test_cycles_between_two_flips():
     assert again.orbits[-1].period == pytest.approx(4 * np.pi)
 
 
+@pytest.mark.long(beside="test_the_other_branch_of_a_pitchfork")
 def test_two_branches_that_cross():
     """Rest of the first mass is a branch for every p; another one crosses it, and both change their stability."""
     p, y, v = sp.Symbol("p", real=True), sp.Symbol("y", real=True), sp.Symbol("v", real=True)

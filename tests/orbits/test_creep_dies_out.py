@@ -18,6 +18,7 @@ def mass(stiffness, mu, steady=0.0):
     return sf.Scene(system, [table], {MU: mu}, {x: 0.5, v: 0}, 40.0)
 
 
+@pytest.mark.one_in(6)
 @pytest.mark.parametrize("mu", [0.7, 0.8, 0.9])
 @pytest.mark.parametrize("stiffness", [0.6, 1.0, 1.7])
 @pytest.mark.parametrize("steady", [0.0, 0.1])

@@ -80,6 +80,7 @@ def test_a_motion_that_grows_beyond_bounds_is_no_cycle(friction):
         sf.limit_cycle(scene)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("seed", [5, 66])
 def test_the_unstable_cycle_under_a_controller_is_not_taken_for_rest_at_the_largest_numbers(seed):
     """The sampled loop is unstable: near the largest number friction seemed to hold the mass."""

@@ -5,6 +5,7 @@ import pytest
 import sympy as sp
 
 import symfric as sf
+from tests.longer import longer
 
 X, U = sp.symbols("x u", real=True)
 B = sp.Symbol("b", positive=True)
@@ -63,11 +64,12 @@ CYCLES = {
 
 
 @pytest.mark.one_in(6)
+@pytest.mark.parametrize("number", longer([5, 20], [20]))
 @pytest.mark.parametrize("name", CYCLES)
-def test_no_horizon_makes_chaos_of_a_cycle(name):
+def test_no_horizon_makes_chaos_of_a_cycle(name, number):
     """Horizons at random: for some a piece is nearly a whole number of periods, or the window half a swing."""
     rng = np.random.default_rng(7)
-    for horizon in rng.uniform(60.0, 1500.0, 20):
+    for horizon in rng.uniform(60.0, 1500.0, number):
         found = sf.lyapunov(CYCLES[name], horizon)
         assert not found.chaotic
         assert abs(found.exponent) < 3 * found.spread or horizon < 200

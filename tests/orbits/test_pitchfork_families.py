@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import symfric as sf
+from tests.longer import longer
 from tests.orbits.oscillators import A, Oscillator
 
 
@@ -28,8 +29,7 @@ def counted(own, branch):
     return hits, len(expected) - hits, len(found) - hits
 
 
-@pytest.mark.one_in(30)
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", longer(range(30), set(range(30)) - {12}))
 def test_branch_points_are_those_of_the_own_search(seed):
     own = symmetric(seed)
     branch = sf.continue_cycle(own.scene, A, (0.1, 4.0), most=300)

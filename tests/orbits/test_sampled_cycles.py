@@ -125,7 +125,7 @@ def test_multipliers_of_cycles_at_the_limits(seed):
     assert np.all(orbit.multipliers[2:] == 0)
 
 
-@pytest.mark.long(beside="test_a_stick_that_begins_at_a_sample_ends_a_branch_with_a_jump")
+@pytest.mark.long(beside="test_branches_end_or_turn_where_hunting_ends")
 def test_hunting_of_a_sampled_pid_has_no_cycle_and_nears_that_of_a_continuous_one():
     expected = sf.theory.hunting(k_p=4.0, k_i=1.0, k_d=1.0, F_s=1.5, F_c=1.0)
     off = []
@@ -174,6 +174,7 @@ def test_a_wait_that_ends_at_the_budget_is_said_at_once(monkeypatch):
     assert len(runs) == 1
 
 
+@pytest.mark.long(beside="test_branches_end_or_turn_where_hunting_ends")
 def test_a_stick_that_begins_at_a_sample_ends_a_branch_with_a_jump():
     """The velocity is largest at a sample, where the acceleration jumps; without a drop of friction the branch goes on."""
     amplitude, omega = sp.symbols("a omega", positive=True)

@@ -78,7 +78,7 @@ def responses():
     return [(*elements, force) for elements in (one, stiff, two) for force in (0.02, 0.05, 0.1)] + [(*stiff, 0.2)]
 
 
-@pytest.mark.one_in(10)
+@pytest.mark.one_in(20)
 @pytest.mark.parametrize("side", [0, 1])
 @pytest.mark.parametrize(("stiffness", "limits", "span", "force"), responses())
 def test_sharp_responses_of_laws_with_sliders(stiffness, limits, span, force, side):

@@ -78,6 +78,7 @@ def sticks_when_settled(scene):
     return orbit.stick_fraction > 0
 
 
+@pytest.mark.long(beside="test_a_reversal_begins_to_stick_at_the_static_bound")
 def test_the_onset_by_bisection_of_motions():
     scene = floor(sf.laws.lorentz(0.3, 4.0, mu_s=0.37))
     special = next(s for s in sf.continue_cycle(scene, "F", (0.42, 1.5)).special if s.kind == "stick-onset")
@@ -207,6 +208,7 @@ def test_where_the_orbits_jump():
     assert branch.to_dict()["special"][0]["jump"] is True
 
 
+@pytest.mark.long(beside="test_where_the_orbits_jump")
 def test_a_jump_to_rest_ends_the_branch():
     """From a belt's unstable cycle without sticking the motion settles to steady sliding beyond the touch."""
     law = sf.laws.custom(0.18 + 0.08 * sp.exp(-2.5 * sf.SPEED), 0.38)

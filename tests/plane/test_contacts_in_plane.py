@@ -205,6 +205,7 @@ def test_contacts_in_the_plane_and_along_a_line_together():
     assert runs[1].energy_residual() < 1e-11
 
 
+@pytest.mark.long(beside="test_the_length_of_a_slip_written_by_hand_is_its_speed")
 def test_outputs_of_a_vector():
     asked = {
         "x": sf.Max(sf.friction_force("table", 0)),

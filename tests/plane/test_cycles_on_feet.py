@@ -70,6 +70,13 @@ def test_multipliers_are_those_of_differences(which):
     assert orbit.differentiable
     found = np.linalg.eigvals(slopes(orbit))
     assert np.sort(np.abs(orbit.multipliers)) == pytest.approx(np.sort(np.abs(found)), abs=3e-6)
+
+
+@pytest.mark.long(beside="test_multipliers_are_those_of_differences")
+@pytest.mark.parametrize("which", CYCLES)
+def test_motions_end_on_the_cycle(which):
+    scene = CYCLES[which]()
+    orbit = sf.limit_cycle(scene, tolerance=1e-12)
     late = sf.simulate(scene.starting(dict.fromkeys(q, 0.02)).until(400.0), tolerance=1e-12).checked()
     last = late.t_final - orbit.period * np.linspace(0, 1, 4001)
     assert 0.5 * np.ptp(late(last), axis=1) == pytest.approx(orbit.half_range, rel=1e-4, abs=1e-5)
@@ -179,6 +186,7 @@ def test_a_body_comes_to_rest_about_a_foot_that_sticks(rough):
     assert max(run.stats["steps"] for run in runs) < 3000
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("speed", [5e-324, 1e-200, -3e-46, 1e-21])
 def test_a_speed_of_rounding_is_rest(speed):
     """On still ground nothing but the forces tells how small a speed is: what they stop within the rounding of time."""

@@ -74,7 +74,7 @@ def test_derivatives_of_an_ellipse_are_those_of_differences():
 SWINGS = (-0.39, -0.3, -0.22), (0.33, -0.44, -0.41), (0.2, 0.1, -0.3)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_derivatives_have_the_error_of_the_run")
 @pytest.mark.parametrize("start", longer(SWINGS, [SWINGS[1]]))
 def test_a_foot_that_swings_through_zero_about_another_has_derivatives(start):
     run = rising(derived(2), *GIVEN, start)
@@ -84,7 +84,7 @@ def test_a_foot_that_swings_through_zero_about_another_has_derivatives(start):
         assert run.sensitivities[name] == pytest.approx((ends[0] - ends[1]) / 2e-5, abs=1e-7)
 
 
-@pytest.mark.long(beside="test_a_foot_that_swings_through_zero_about_another_has_derivatives")
+@pytest.mark.long(beside="test_derivatives_have_the_error_of_the_run")
 def test_random_starts_of_two_feet_have_derivatives():
     """Of these 300 once 12 had none."""
     rng, tight = np.random.default_rng(1), derived(2, 1e-12, ())
@@ -108,7 +108,7 @@ def test_second_derivatives_leave_the_first_ones_alone():
     assert both.sensitivities["mu"] == pytest.approx(first.sensitivities["mu"], rel=1e-9)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_derivatives_have_the_error_of_the_run")
 @pytest.mark.parametrize("load", [1e-16, 1e-20])
 def test_a_start_that_another_event_ends_at_once_has_derivatives(load):
     """A weak load lets a second mass go at once: high powers of that time are zero, which a run once divided by."""

@@ -98,7 +98,7 @@ def by_hand(scene_force, start, horizon, ellipse, mu, stick, eps):
     return solve_ivp(rates, (0, horizon), start, "Radau", rtol=1e-10, atol=1e-10 * eps).y[:, -1]
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.long(beside="test_a_block_holds_up_to_the_ellipse_and_slips_along_its_normal")
 @pytest.mark.parametrize("law", LAWS)
 def test_stops_sticks_and_releases_are_the_limit_of_regularised_friction(law):
     ellipse, start = (1.3, 0.6), [0.2, -0.1, 0.5, 0.9]
@@ -117,7 +117,7 @@ def test_stops_sticks_and_releases_are_the_limit_of_regularised_friction(law):
     assert run.energy_residual() < 1e-9
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_a_free_block_stops_along_the_invariant_of_the_ellipse")
 @pytest.mark.parametrize("law", LAWS)
 def test_equal_factors_are_a_factor_of_the_coefficient(law):
     force, start = [0.3 * sp.cos(sf.TIME), 0.2], [0, 0, 0.7, -0.4]
@@ -180,11 +180,14 @@ ellipse = [1, "k"]
 """
 
 
-def test_a_scene_file_gives_the_ellipse_and_its_page_shows_it():
-    file = read_scene_text(SLED)
+def test_a_scene_file_gives_the_ellipse():
     own = sf.simulate(block([0, 0], [0, 0, 1, 0.8], 3.0, (1, 0.5))).checked()
-    assert sf.simulate(file.scene).checked().final == pytest.approx(own.final, abs=1e-8)
-    assert "<mi>k</mi>" in page(study(file)).split('aria-label="friction of contact')[1][:3000]
+    assert sf.simulate(read_scene_text(SLED).scene).checked().final == pytest.approx(own.final, abs=1e-8)
+
+
+@pytest.mark.long(beside="test_a_scene_file_gives_the_ellipse")
+def test_the_page_of_a_scene_file_shows_the_ellipse():
+    assert "<mi>k</mi>" in page(study(read_scene_text(SLED))).split('aria-label="friction of contact')[1][:3000]
 
 
 @pytest.mark.parametrize(

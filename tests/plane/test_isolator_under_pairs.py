@@ -13,6 +13,7 @@ import pytest
 import sympy as sp
 
 import symfric as sf
+from tests.longer import longer
 from tests.plane.plane_reference import Planar, Problem, Simulator, regularised
 
 RECORDS = Path(__file__).parents[3] / "shared" / "ground_motions"
@@ -29,10 +30,11 @@ def smooth_shaking(duration, step, seed):
     return [sf.Signal(s, step) for s in samples], lambda at: np.array([np.interp(at, t, s) for s in samples])
 
 
+@pytest.mark.parametrize("horizon", longer([0.6, 1.5], [1.5]))
 @pytest.mark.parametrize("seed", [3, pytest.param(8, marks=pytest.mark.long)])
-def test_friction_that_rises_with_speed_by_two_other_methods(seed):
+def test_friction_that_rises_with_speed_by_two_other_methods(seed, horizon):
     """The law of sliding bearings, mu_max - (mu_max - mu_min) exp(-v/v_c) (Constantinou and others 1990)."""
-    low, v_c, horizon = 0.4, 0.08, 1.5
+    low, v_c = 0.4, 0.08
     signals, shaking = smooth_shaking(horizon, 0.1, seed)
     law = sf.laws.custom(1 - (1 - low) * sp.exp(-V / v_c), mu_s=low)
     scene = sf.scenes.friction_pendulum(R=R, mu=MU, m=1.0, motions=signals, law=law, horizon=horizon)

@@ -9,6 +9,7 @@ import pytest
 import sympy as sp
 
 import symfric as sf
+from tests.longer import longer
 from tests.plane.test_cycles_on_feet import DROP, MU, STRIBECK, A, W, body, q, u
 
 T_0 = sp.Symbol("T_0", positive=True)
@@ -32,18 +33,18 @@ def prepared(which, span):
 
 
 @pytest.mark.one_in(4)
+@pytest.mark.parametrize("begin", longer([1e3, 1e5], [1e3]))
 @pytest.mark.parametrize("which", BODIES)
-def test_a_motion_that_begins_late_is_the_same(which):
+def test_a_motion_that_begins_late_is_the_same(which, begin):
     span = 12.0
     early = sf.simulate(prepared(which, span), tolerance=1e-9).checked()
     assert len(early.events) > 5
-    for begin in (1e3, 1e5):
-        late = sf.simulate(prepared(which, span).where({T_0: begin}).until(begin + span), tolerance=1e-9).checked()
-        kinds = [[(e.contact, e.kind) for e in run.events] for run in (early, late)]
-        assert kinds[0] == kinds[1]
-        times = [np.array([e.t for e in run.events]) - t for run, t in ((early, 1.0), (late, begin))]
-        assert times[1] == pytest.approx(times[0], abs=1e-8 + 1e3 * np.spacing(begin))
-        assert late.final == pytest.approx(early.final, abs=1e-8 + 1e3 * np.spacing(begin))
+    late = sf.simulate(prepared(which, span).where({T_0: begin}).until(begin + span), tolerance=1e-9).checked()
+    kinds = [[(e.contact, e.kind) for e in run.events] for run in (early, late)]
+    assert kinds[0] == kinds[1]
+    times = [np.array([e.t for e in run.events]) - t for run, t in ((early, 1.0), (late, begin))]
+    assert times[1] == pytest.approx(times[0], abs=1e-8 + 1e3 * np.spacing(begin))
+    assert late.final == pytest.approx(early.final, abs=1e-8 + 1e3 * np.spacing(begin))
 
 
 def lasting_sticks(run):
@@ -57,7 +58,7 @@ def lasting_sticks(run):
     return count
 
 
-@pytest.mark.long(beside="test_a_slow_slip_beside_a_foot_that_sticks_comes_to_rest")
+@pytest.mark.long(beside="test_a_motion_that_begins_late_is_the_same")
 @pytest.mark.parametrize(
     ("frequency", "speed", "mu"), [(1.3, 1.2, 0.5), pytest.param(3.1, 1.2, 0.9, marks=pytest.mark.long)]
 )
@@ -70,7 +71,7 @@ def test_small_slips_about_another_foot_end_late_in_a_run(frequency, speed, mu):
     assert lasting_sticks(fine[0]) == lasting_sticks(fine[1]) > 150
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_a_motion_that_begins_late_is_the_same")
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-8])
 def test_a_slow_slip_beside_a_foot_that_sticks_comes_to_rest(tolerance):
     """It is not held up by the slip of that foot, an error of the run, at the angle at which friction no longer slows it."""

@@ -46,7 +46,7 @@ STARTS = {
 }
 
 
-@pytest.mark.one_in(9)
+@pytest.mark.one_in(18)
 @pytest.mark.parametrize("width", [0.1, 0.004])
 @pytest.mark.parametrize("later", [0.05, 1.5, 9.0])
 @pytest.mark.parametrize("kind", STARTS)

@@ -10,6 +10,7 @@ import pytest
 import sympy as sp
 
 import symfric as sf
+from tests.longer import longer
 from tests.plane.plane_scenes import drawn
 
 x, y, u, w = sp.symbols("x y u w", real=True)
@@ -52,6 +53,7 @@ def touched(turn):
     return sf.Scene(sf.System([x, y], [u, w], sp.eye(2), force), [contact], {}, start, 5.0, {"end": sf.End()})
 
 
+@pytest.mark.long(beside="test_slow_starts_take_few_steps")
 def test_a_start_where_the_force_touches_its_bound_takes_few_steps():
     """The part of the slip across begins with a higher power of time than that along; in turned axes neither does."""
     turned = np.array([[np.cos(0.7), np.sin(0.7)], [-np.sin(0.7), np.cos(0.7)]])
@@ -95,7 +97,7 @@ def on_a_base(turning):
     )
 
 
-@pytest.mark.long(beside="test_a_start_where_the_force_touches_its_bound_takes_few_steps")
+@pytest.mark.long(beside="test_slow_starts_take_few_steps")
 def test_errors_after_starts_follow_the_tolerance():
     """Each body is let go at rest on the base, and starts, stops and starts again."""
     frames = (True, False)
@@ -117,8 +119,9 @@ def test_errors_after_starts_follow_the_tolerance():
 
 
 @pytest.mark.one_in(4)
+@pytest.mark.parametrize("number", longer([4, 12], [12]))
 @pytest.mark.parametrize("share", [0.4, 0.8, 1.2, 1.5])
-def test_a_slip_that_turns_round_on_a_line_goes_on(share):
+def test_a_slip_that_turns_round_on_a_line_goes_on(share, number):
     """Hundreds of times it falls to zero, without a stop or for a short one, or soon after its start.
 
     One that is stepped over by the rounding of time is passed.
@@ -144,7 +147,7 @@ def test_a_slip_that_turns_round_on_a_line_goes_on(share):
         ends,
     )
     flat, line = (sf.prepare(scene, tolerance=1e-9) for scene in (flat, line))
-    for speed in np.linspace(0.05, 0.4, 12):
+    for speed in np.linspace(0.05, 0.4, number):
         one, two = (program.run({"v_b": speed}).checked().final for program in (flat, line))
         assert one[[0, 2]] == pytest.approx(two, abs=1e-7)
         assert one[[1, 3]] == pytest.approx([0, 0], abs=1e-12)

@@ -64,11 +64,13 @@ def test_another_unit_of_force_on_feet(seed, force):
     same(drawn_bodies(seed), force, 1.0)
 
 
+@pytest.mark.long(beside="test_another_unit_of_force")
 def test_feet_whose_loads_are_thousandths():
     """The square of a force was measured by the size of a speed: feet of some milligrams never came to slip."""
     same(drawn_bodies(6), 2.0**-15, 1.0)
 
 
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("force", [1e-12, 1e-10, 1e12])
 def test_one_that_sticks_beside_one_that_slides(force):
     """The force of 1 N in another unit was taken for a turn of directions that needs none, beyond 1e9 of these."""

@@ -45,7 +45,7 @@ def test_a_design_of_a_file(kind):
     assert {name for name, _, _ in designs.rows(plan, found, file)} > set(plan.varied)
 
 
-@pytest.mark.one_in(6)
+@pytest.mark.long(beside="test_a_design_of_a_file")
 @pytest.mark.parametrize("kind", SHOWN)
 def test_a_design_on_a_page(kind):
     result = study(read_scene_file(FOLDER / f"{kind}.toml"))

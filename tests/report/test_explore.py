@@ -21,6 +21,7 @@ from symfric.scenefile import read_scene_file, read_scene_text
 from symfric.scenefile.starters import starter
 from symfric.scenefile.writing import read_tables, with_friction_values, written
 from tests.browser import chromium, complaints, overflow, serious_findings, show
+from tests.longer import longer
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 PROGRAM = "from symfric.cli import main; main(prog_name='symfric')"
@@ -393,6 +394,15 @@ def test_a_moved_slider_changes_the_pictures(served):
         assert float(said(browser).split()[2]) > 0  # its time in milliseconds
         assert overflow(browser) <= 0
         assert width(browser) > 700
+        assert [line for line in complaints(browser) if "favicon" not in line] == []
+    finally:
+        browser.quit()
+
+
+@pytest.mark.long(beside="test_a_moved_slider_changes_the_pictures")
+def test_the_page_fits_a_narrow_window(served):
+    browser = chromium()
+    try:
         show(browser, served, 400)
         wait(lambda: "answered" in said(browser))
         assert overflow(browser) <= 0
@@ -402,19 +412,19 @@ def test_a_moved_slider_changes_the_pictures(served):
         browser.quit()
 
 
-def test_the_page_speaks_to_those_who_do_not_see_it(served):
+@pytest.mark.parametrize("theme", longer(["light", "dark"], ["dark"]))
+def test_the_page_speaks_to_those_who_do_not_see_it(served, theme):
     """Every slider, number and menu has a name, also after its range has changed; axe-core finds nothing serious."""
     browser = chromium()
     try:
-        for theme in ("light", "dark"):
-            show(browser, served, 1400, theme=theme)
-            wait(lambda: "answered" in said(browser) and spoken(browser))
-            browser.execute_script(f"{model('number of v_b')}.value = 17.0;")
-            wait(lambda: browser.execute_script(f"return {model('v_b')}.end") == 17.0)
-            names = spoken(browser)
-            assert None not in names
-            assert {"v_b", "number of v_b"} <= set(names)
-            assert serious_findings(browser) == []
+        show(browser, served, 1400, theme=theme)
+        wait(lambda: "answered" in said(browser) and spoken(browser))
+        browser.execute_script(f"{model('number of v_b')}.value = 17.0;")
+        wait(lambda: browser.execute_script(f"return {model('v_b')}.end") == 17.0)
+        names = spoken(browser)
+        assert None not in names
+        assert {"v_b", "number of v_b"} <= set(names)
+        assert serious_findings(browser) == []
     finally:
         browser.quit()
 

@@ -197,6 +197,7 @@ def test_nothing_runs_in_a_browser(browser, written):
 PROGRAM = "from symfric.cli import main; main(prog_name='symfric')"
 
 
+@pytest.mark.long(beside="test_nothing_runs_in_a_browser")
 @pytest.mark.parametrize("unit", longer(UNITS, UNITS[1:]))
 def test_nothing_runs_in_the_explorer(browser, unit, tmp_path):
     pytest.importorskip("bokeh", reason="bokeh is not installed: pip install '.[explore]'")

@@ -119,6 +119,7 @@ def studied(path, tmp_path_factory):
     return folder
 
 
+@pytest.mark.long(beside="test_paths_are_those_of_the_coordinates_that_slip")
 def test_the_page_shows_vectors_and_the_path(path, studied):
     shown = (studied / "study.html").read_text(encoding="utf-8")
     assert scene_in_words(read_scene_file(path)).count("in the plane") == 2
@@ -128,6 +129,7 @@ def test_the_page_shows_vectors_and_the_path(path, studied):
     for k in (0, 1):
         assert f"<msub><mi>F</mi><mtext>belt, {k}</mtext></msub>" in shown
     assert "drawn once for each of its two directions" in shown
+    assert json.loads((studied / "study.json").read_text())["motion"]["outputs"]["fastest"] > 0.1
 
 
 def test_paths_are_those_of_the_coordinates_that_slip(path):
@@ -218,18 +220,16 @@ def test_an_export_is_refused_in_one_line(path, tmp_path, to):
     assert not out.exists()
 
 
-def test_commands_take_such_files(path, studied, tmp_path):
+def test_commands_take_such_files(path, tmp_path):
     swept = tmp_path / "swept.toml"
     swept.write_text(FILE + "[sweep.grid]\na = [1.0, 3.0]\n")
     run = CliRunner()
     assert "slides in the plane" in run.invoke(main, ["explain", str(path)]).output
     done = run.invoke(main, ["sweep", str(swept), "-o", str(tmp_path / "grid"), "--json"])
     assert done.exit_code == 0, done.output
-    data = json.loads((studied / "study.json").read_text())
-    assert data["motion"]["outputs"]["fastest"] > 0.1
 
 
-@pytest.mark.long(beside="test_the_page_shows_vectors_and_the_path")
+@pytest.mark.long(beside="test_the_sketch_has_each_direction")
 def test_the_explorer_shows_such_a_scene(path):
     assert explorer(read_scene_file(path))
 

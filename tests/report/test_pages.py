@@ -72,7 +72,7 @@ def test_a_page_follows_the_theme(browser, folder):
     assert colours == ["rgb(255, 255, 255)", "rgb(26, 26, 26)"]
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
+@pytest.mark.parametrize("theme", longer(["light", "dark"], ["dark"]))
 @pytest.mark.parametrize("name", longer(PAGES, ["two_masses"]))
 def test_a_page_is_accessible(browser, folder, name, theme):
     show(browser, (folder / f"{name}.html").as_uri(), 1400, theme=theme)

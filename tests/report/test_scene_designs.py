@@ -31,7 +31,6 @@ ISOLATOR = "[design.isolator]\nbounds = { C = [1e3, 1e6], mu = [0.001, 0.1] }\n"
 
 
 def test_a_table_is_the_call_of_its_function():
-    belt = sf.scenes.mass_on_belt(v_b=0.2)
     file = read_scene_text(
         BELT + QUENCH + "[design.quench.limits]\nfriction = 0.2\npower = 1\n" + DAMPER + "settle = 9\n"
     )
@@ -49,6 +48,11 @@ def test_a_table_is_the_call_of_its_function():
     expected = {"parameter": "beta", "bounds": (0.0, 1.0), "half_range": 0.0, "sticking": True, "settle": 9.0}
     assert file.plan("damper").arguments == expected
     assert file.plan("damper").varied == ("beta",)
+
+
+@pytest.mark.long(beside="test_a_table_is_the_call_of_its_function")
+def test_a_table_gives_the_design_of_its_function():
+    belt = sf.scenes.mass_on_belt(v_b=0.2)
     found = read_scene_text(BELT + DAMPER + "speeds = [0.3, 0.45]\n").plan("damper")(belt)
     assert found.values == sf.design.damper(belt, "beta", (0, 1), (0.3, 0.45)).values
 

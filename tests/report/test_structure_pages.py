@@ -251,6 +251,7 @@ def test_a_critical_point_that_steady_sliding_cannot_reach_is_said():
     assert "the point does not hold" in flutter_in_words(found, [], file)[0]
 
 
+@pytest.mark.long(beside="test_the_page_of_a_made_brake_draws_its_mesh_and_says_which_contacts_open")
 def test_a_scene_made_in_python_has_a_study():
     s = sf.structures.chain(8, ends="fixed-free", damping=0.05)
     pad = sf.structures.RowContact("pad", {"x8": 1.0}, 1.0, sf.laws.coulomb(0.4, 0.3), speed=0.2)

@@ -47,6 +47,7 @@ WAVES = {
 }
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-12])
 @pytest.mark.parametrize("name", WAVES)
 def test_square_waves(name, tolerance):

@@ -106,6 +106,7 @@ def test_pictures_fit_their_figure():
         assert box.y1 <= height + 1
 
 
+@pytest.mark.long(beside="test_frames_show_the_motion")
 def test_every_frame_of_a_gif_is_what_the_figure_shows(tmp_path):
     """Frames are drawn in parts and share a palette: beside the figure drawn as a whole, up to shades."""
     run = sf.simulate(BELT)

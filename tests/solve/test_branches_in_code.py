@@ -36,7 +36,7 @@ def value_of(function, code, x):
     return out
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.one_in(12)
 @pytest.mark.parametrize("part", [None, 7, 40])
 @pytest.mark.parametrize("seed", range(4))
 def test_branches_have_the_values_of_casadi(seed, part, monkeypatch):

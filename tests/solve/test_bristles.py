@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 import symfric as sf
 from symfric_evidence.bench.larger import bristles
 from symfric_evidence.bench.many_digits import many_digits
+from tests.longer import longer
 
 X, U = sp.symbols("x u", real=True)
 V, A, W = sp.symbols("v_b a Omega", positive=True)
@@ -65,8 +66,9 @@ def test_against_other_solvers(law):
     assert found.final == pytest.approx(plain.y[:, -1], abs=2e-8)
 
 
-def test_against_many_digits():
-    scene = belt(sf.laws.lugre(0.4, 0.3, 0.1, 50.0, 5.0), horizon=2.0)
+@pytest.mark.parametrize("horizon", longer([0.5, 2.0], [2.0]))
+def test_against_many_digits(horizon):
+    scene = belt(sf.laws.lugre(0.4, 0.3, 0.1, 50.0, 5.0), horizon=horizon)
     found, reference = sf.simulate(scene, 1e-13), many_digits(scene, 24)
     assert found.final == pytest.approx([float(v) for v in reference.final], abs=1e-12)
 

@@ -57,7 +57,7 @@ def _scalar(function, inputs):
     return _called(compile_functions([function]), function, sizes, inputs)
 
 
-@pytest.mark.one_in(12)
+@pytest.mark.one_in(15)
 @pytest.mark.parametrize("scene", _SCENES)
 @pytest.mark.parametrize("columns", [1, 2, 3, 5, 9])
 @pytest.mark.parametrize("first", ["values", "states"])

@@ -228,7 +228,7 @@ def check(first, second):
     assert all(np.array_equal(cases.outputs[name][..., 1], e) for name, e in single.outputs.items())
 
 
-@pytest.mark.long(beside="test_in_the_plane_beside_laws_with_memory")
+@pytest.mark.long(beside="test_pairs")
 def test_in_the_plane_beside_a_single_clock():
     check("block_in_the_plane", "kicks")
 
@@ -245,6 +245,7 @@ def test_a_profile_that_jumps_is_refused_in_the_plane():
         beside(*(alone(name)[0] for name in REFUSED))
 
 
+@pytest.mark.long(beside="test_pairs")
 @pytest.mark.parametrize("law", longer(["bouc_wen", "dahl", "lugre"], ["dahl", "lugre"]))
 def test_in_the_plane_beside_laws_with_memory(law):
     """Their slips turn round without sticking, also where contacts in the plane are decided together."""

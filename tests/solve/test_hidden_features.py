@@ -85,7 +85,7 @@ def test_a_law_with_a_narrow_feature(shape, width):
     agrees(scene, reference(lambda t, y: [y[1], -y[0] + f(1.2 - y[1])], [0.9, 0.0], width))
 
 
-@pytest.mark.one_in(6)
+@pytest.mark.long(beside="test_a_law_with_a_narrow_feature")
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize(
     "argument",
@@ -100,7 +100,7 @@ def test_a_narrow_feature_inside_another_function(argument, width):
     agrees(scene, reference(lambda t, y: [y[1], -y[0] + f(1.2 - y[1])], [0.9, 0.0], width))
 
 
-@pytest.mark.one_in(8)
+@pytest.mark.long(beside="test_a_force_that_is_a_pulse_in_time")
 @pytest.mark.parametrize("width", WIDTHS)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_load_that_is_a_pulse_while_a_contact_slips(shape, width):
@@ -165,6 +165,7 @@ def test_outputs_of_a_pulse(shape):
         assert run["top"] == pytest.approx(f(grid).max(), abs=1e-8 + 20 * tolerance)
 
 
+@pytest.mark.long(beside="test_a_force_that_is_a_pulse_in_time")
 def test_a_comb_of_pulses_inside_a_sine():
     pulses = sp.exp(-((sp.sin(5 * T) / sp.Rational(1, 100)) ** 2))
     scene = sf.Scene(sf.System([Q], [U], [[1]], [-Q + 10 * pulses]), [], {}, {Q: 0.5, U: 0.3}, 6.0)
@@ -181,6 +182,7 @@ def test_powers_that_begin_with_coefficients_of_zero(power):
     agrees(scene, reference(lambda t, y: [y[1], -y[0] + f(t)], [0.0, 0.0], 0.1), (1e-6, 1e-9))
 
 
+@pytest.mark.one_in(4)
 @pytest.mark.parametrize("amplitude", [0.0, 1.0])
 @pytest.mark.parametrize("power", [9, 14, 20, 1000])
 def test_derivatives_by_the_amplitude_of_such_powers(power, amplitude):

@@ -189,7 +189,7 @@ def test_a_case_in_a_lane_has_the_bits_of_the_event_loop(name):
         same(run_in_lanes(lanes, y[n - few :], p[n - few :], 1, None), some(batch, slice(n - few, n)))
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_a_case_in_a_lane_has_the_bits_of_the_event_loop")
 @pytest.mark.parametrize("name", longer(("a controller", "kicks", "an escapement"), ("an escapement",)))
 def test_derivatives_over_clocks_have_the_bits_of_single_runs(name, monkeypatch):
     monkeypatch.setattr(laned, "LEAST", 1)
@@ -235,7 +235,7 @@ def test_few_steps_are_left_to_the_event_loop(name, monkeypatch):
     assert taken[0].kernels.calls - changes < 0.15 * np.sum(batch.counted[:, 0])
 
 
-@pytest.mark.one_in(4)
+@pytest.mark.long(beside="test_a_case_in_a_lane_has_the_bits_of_the_event_loop")
 @pytest.mark.parametrize("width", [2, 4, 8, 16])
 def test_the_width_of_the_vectors_does_not_change_a_bit(width):
     program, y, p = cases("belt, all outputs", 60)

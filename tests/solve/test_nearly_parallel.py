@@ -127,7 +127,7 @@ def test_integrators_decline_slips_that_differ_by_less_than_their_error():
     assert "taylor" in run.advice
 
 
-@pytest.mark.one_in(16)
+@pytest.mark.long(beside="test_integrators_are_right_or_say_that_they_cannot_tell_slips_apart")
 @pytest.mark.parametrize("tolerance", [1e-8, 1e-10, 1e-12, 1e-13])
 @pytest.mark.parametrize("apart", [1e-4, 1e-6, 1e-8, 1e-10])
 def test_the_integrators_are_right_or_end_with_a_status(apart, tolerance):

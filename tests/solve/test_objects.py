@@ -138,6 +138,7 @@ print(compile_functions([ca.Function("square", [x], [x * x])]).cached)
 """
 
 
+@pytest.mark.long(beside="test_a_folder_that_others_can_write_is_not_used")
 def test_without_a_folder_code_is_compiled_every_time(tmp_path):
     (tmp_path / "open").mkdir()
     (tmp_path / "open").chmod(0o777)

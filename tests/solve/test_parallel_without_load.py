@@ -20,7 +20,7 @@ def scene(load, order):
     return sf.Scene(system, contacts[::order], {k: 3.0}, {X: -0.2, U: 0.7}, 4.0, PATH)
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.long(beside="test_they_are_one_contact")
 @pytest.mark.parametrize(("load", "order"), [(sp.Abs(U) / 2, 1), (U**2, 1), (sp.Abs(U) * (1 + X**2), -1)], ids=str)
 def test_contacts_of_one_slip_have_one_mode(load, order):
     fine, *programs = (sf.prepare(scene(load, order), tolerance, "taylor") for tolerance in (1e-13, 1e-10, 1e-8))

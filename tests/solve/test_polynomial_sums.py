@@ -10,6 +10,7 @@ from symfric.codegen.polynomial_sums import polynomial_sums
 from symfric.solve.loop.stepping.series import reach
 
 
+@pytest.mark.one_in(9)
 @pytest.mark.parametrize("order", [3, 4, 5, 6, 7, 17, 20, 28, 60])
 @pytest.mark.parametrize(("states", "guards"), [(2, 2), (1, 0), (5, 3)])
 def test_same_bits_as_for_one_number(states, guards, order):

@@ -197,7 +197,7 @@ def test_a_failed_run_has_no_settled_outputs():
     assert math.isnan(few["T"])
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_the_linear_form_agrees")
 @pytest.mark.parametrize("plugin", ["cvodes", "rosenbrock"])
 def test_the_integrators_agree(plugin):
     wanted = {n: o for n, o in settled(X, 13.7).items() if n != "period"}

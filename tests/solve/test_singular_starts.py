@@ -100,6 +100,7 @@ def two_pads(turned):
     )
 
 
+@pytest.mark.long(beside="test_turned_coordinates_show_the_same_motion")
 def test_a_slip_between_two_bodies_turns_while_one_of_them_sticks():
     """The velocity that is left, and the terms of the slip, are as small as its rounding was before it fell to zero.
 

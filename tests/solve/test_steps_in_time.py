@@ -116,6 +116,7 @@ def test_functions_that_jump_are_pieces():
     assert np.max(np.abs(ends[0] - ends[2])) < 1e-13
 
 
+@pytest.mark.long(beside="test_a_step_is_a_restart")
 def test_pulses_repeat():
     pulse = sp.Piecewise((1, sp.Mod(sf.TIME - 0.5, 2) < sp.Rational(3, 4)), (0, True))
     low, high = (on_belt(u - v1, 1, LAW, -k * x - u / 20 + f) for f in (0, 1))

@@ -8,6 +8,7 @@ import symfric as sf
 from symfric.solve.integrators.dense_output.refined_grid import cubics, extremes_of, refined
 from symfric.solve.integrators.stiffness import explicit_steps
 from symfric.solve.lowered import LoweredScene
+from tests.longer import longer
 
 X, U = sp.symbols("x u", real=True)
 V = sp.Symbol("v_b", positive=True)
@@ -41,7 +42,8 @@ def test_only_stiff_bristles_take_the_implicit_integrator_and_explain_says_so():
     assert (run.route, run.settings.plugin) == ("integrators", "cvodes")
 
 
-def test_ends_extremes_integrals_and_values_agree_with_the_explicit_route():
+@pytest.mark.parametrize("sigma0", longer([3e4, 3e5], [3e5]))
+def test_ends_extremes_integrals_and_values_agree_with_the_explicit_route(sigma0):
     outputs = {
         "x": sf.Samples(X, TIMES),
         "top": sf.Max(X),
@@ -49,7 +51,7 @@ def test_ends_extremes_integrals_and_values_agree_with_the_explicit_route():
         "heat": sf.Integral(sf.dissipated_power("belt")),
         "path": sf.Trajectory(),
     }
-    scene = belt(3e5, **outputs)
+    scene = belt(sigma0, **outputs)
     exact, run = sf.simulate(scene, 1e-11, route="taylor"), sf.simulate(scene, route=sf.Integrators("cvodes"))
     assert run.final == pytest.approx(exact.final, abs=1e-6)
     for name, most in (("x", 1e-6), ("top", 1e-7), ("low", 1e-5), ("heat", 1e-6)):

@@ -80,6 +80,7 @@ def test_an_input_changes_its_slope_between_the_samples():
     assert run.output_sensitivities["x"]["mu_c"] == pytest.approx(exact, abs=1e-7 * np.max(np.abs(exact)))
 
 
+@pytest.mark.long(beside="test_derivatives_are_those_of_the_explicit_route")
 def test_extremes_have_the_derivatives_of_the_time_at_which_they_are_taken():
     outputs = {"top": sf.Max(X), "both": sf.HalfRange(X), "size": sf.Max(sp.Abs(X - 1)), "path": sf.Trajectory()}
     scene = belt("LuGre", 3e3, **outputs)

@@ -182,6 +182,7 @@ def test_few_switches_serve_large_tables():
         assert len(asked) == n.bit_length()
 
 
+@pytest.mark.long(beside="test_few_switches_serve_large_tables")
 def test_a_table_of_many_points_costs_no_more_for_each():
     """With a switch for each break the cost grew with their square."""
     rng, costs = np.random.default_rng(250), []

@@ -225,7 +225,7 @@ def test_step_budget_ends_the_run_with_advice(budget):
     assert run.t.size == budget + 1
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.long(beside="test_a_motion_that_explodes_ends_with_a_status")
 @pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-13])
 def test_a_singular_force_ends_with_a_status(tolerance):
     contact = [sf.Contact("floor", U, sp.Rational(1, 10), sf.laws.coulomb(1))]

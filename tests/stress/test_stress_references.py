@@ -77,6 +77,7 @@ def test_motions_agree_with_multiple_precision(name):
         assert np.max(np.abs(run.final - final)) < 10 * tolerance
 
 
+@pytest.mark.long(beside="test_motions_agree_with_multiple_precision")
 def test_the_reference_agrees_with_that_of_the_benchmark():
     problem = problems()["P2"]
     found = many_digits(problem.scene.until(3.0), digits=22)

@@ -20,6 +20,7 @@ def test_peak_of_a_linear_response_in_closed_form():
     assert peak.half_range == pytest.approx(1 / (2 * D * np.sqrt(1 - D**2)), rel=1e-9)
 
 
+@pytest.mark.long(beside="test_responses_of_a_joint_from_sliding_to_sticking_for_good")
 def test_response_of_a_damped_joint_falls_and_sticks_with_the_load():
     s = st.chain(2, damping=0.1, ends="fixed-free")
     joint = st.RowContact("joint", {"x2": 1.0}, N, sf.laws.coulomb(0.5))

@@ -55,6 +55,7 @@ def test_the_same_numbers_as_with_expressions(n, contacts, law, full, load, rout
     assert runs[0].energy_residual() < 1e-7
 
 
+@pytest.mark.long(beside="test_the_same_numbers_as_with_expressions")
 def test_other_routes_and_derivatives_agree():
     scene = from_matrices(3, 2, LAWS["Coulomb"], full=False, horizon=8.0)
     a, b = (sf.simulate(scene, 1e-10, route=route) for route in ("taylor", "exact"))

@@ -181,7 +181,7 @@ def test_a_mode_without_damping_in_a_large_damped_structure_neither_gains_nor_lo
     assert (found.critical, found.regained) == ((), ())
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.long(beside="test_no_loss_of_stability_of_modes_followed_is_missing_or_false")
 @pytest.mark.parametrize("unit", [1e-4, 1.0, 1e4])
 def test_flutter_of_a_large_structure_beside_a_mode_that_takes_no_part_in_any_unit_of_time(unit):
     """``1 + mu`` and 1.5 merge at ``0.5/(1 + 2 eps)`` and part at ``0.5/(1 - 2 eps)``, at squares near to 1.5."""

@@ -87,16 +87,21 @@ def test_quench_intensities_are_the_least():
     assert belt.unstable_speeds(shaken(star * (1 + 1e-12))) is None
     assert belt.unstable_speeds(shaken(star * (1 - 1e-12))) is not None
     assert belt.energy_ratio() == pytest.approx((star / belt.stick_speed(s)) ** 2, rel=1e-14)
-    for v in (0.1, 0.3, 0.38, 0.43):
-        q = belt.quench_intensity_at(s, v)
-        assert vibrates(q * (1 - 1e-9), v)
-        assert not vibrates(q * (1 + 1e-9), v)
-        below = belt.quench_intensity_below(s, v)
-        assert below == pytest.approx(min(v, star), rel=1e-15)
-        speeds = np.linspace(0.01, v, 5)
-        assert not any(vibrates(below * (1 + 1e-9), w) for w in speeds)
     assert belt.quench_intensity_at(s, 0.45) == 0.0
     assert belt.quench_intensity(sf.scenes.mass_on_belt(v_b=0.2, beta=0.3)) == 0.0
+
+
+@pytest.mark.one_in(4)
+@pytest.mark.parametrize("v", [0.1, 0.3, 0.38, 0.43])
+def test_quench_intensities_of_a_speed_are_the_least(v):
+    s = sf.scenes.mass_on_belt(v_b=0.2)
+    q = belt.quench_intensity_at(s, v)
+    assert vibrates(q * (1 - 1e-9), v)
+    assert not vibrates(q * (1 + 1e-9), v)
+    below = belt.quench_intensity_below(s, v)
+    assert below == pytest.approx(min(v, belt.quench_intensity(s)), rel=1e-15)
+    speeds = np.linspace(0.01, v, 5)
+    assert not any(vibrates(below * (1 + 1e-9), w) for w in speeds)
 
 
 def test_excitation_free_range_is_the_paper_s():

@@ -62,7 +62,7 @@ def test_pure_slip_amplitude_and_frequency_reach_their_order(reference, order, e
     assert abs(amplitude[-1]) < (1e-3, 1e-6)[order - 1]
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_second_order_joins_at_the_first_stick_speed")
 @pytest.mark.parametrize(("order", "expected"), [(1, 2), (2, 4)])
 def test_stick_speed_is_where_the_cycle_grazes_the_belt(reference, order, expected):
     errors = []

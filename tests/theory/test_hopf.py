@@ -103,6 +103,7 @@ def test_position_dependent_mass_against_the_motion():
     assert brute_force(scene, point, 0.02, 40) == pytest.approx(point.first_lyapunov, rel=2e-4)
 
 
+@pytest.mark.long(beside="test_exponential_belt_is_subcritical")
 def test_multilinear_forms_are_the_derivatives_of_the_rate():
     x = sp.Symbol("x", real=True)
     scene = two_masses(sf.laws.stribeck(0.4, 0.25, 0.3), [[1 + x / 2, x / 5], [x / 5, 2 + x**2]])
@@ -250,7 +251,7 @@ def test_growth_that_does_not_cross_zero_is_no_hopf_point(damping, bracket, word
         hopf(damped(damping, slip=lambda u: u - 1 - P), "p", bracket)
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_growth_that_does_not_cross_zero_is_no_hopf_point")
 @pytest.mark.parametrize("way", [1, -1])
 def test_a_fold_of_equilibria_is_no_hopf_point(way):
     """x = -1 is the last equilibrium below, and x = 2, which vibrates, takes over; or mirrored."""

@@ -68,7 +68,7 @@ def test_coulomb_drag_and_power_on_every_scale(scale):
     assert plane.lateral_vibration_power(1.0, 0.0) == 0.0
 
 
-@pytest.mark.one_in(8)
+@pytest.mark.one_in(12)
 @pytest.mark.parametrize("q", [0.07, 0.4, 3.0])
 @pytest.mark.parametrize("name", LAWS)
 def test_drag_and_power_of_laws_of_the_speed(name, q):
@@ -105,6 +105,7 @@ def test_coulomb_law_along_is_the_averaged_one_and_its_power_closed():
         assert plane.longitudinal_vibration_power(a, q) == pytest.approx(quadrature, rel=1e-12, abs=1e-15)
 
 
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize("name", LAWS)
 def test_drag_along_is_that_of_the_averaged_law(name):
     """A quadrature over the phase, and the law that is averaged as an expression: also where the slip just stops."""
@@ -156,10 +157,11 @@ def test_slow_motion_tends_to_that_with_the_averaged_law():
     assert all(1.7 < a / b for a, b in zip(errors, errors[1:], strict=False))  # at least first order in 1/frequency
 
 
-def test_mass_swings_through_zero_speed_under_vibration_across():
+@pytest.mark.parametrize("horizon", longer([4.0, 12.0], [12.0]))
+def test_mass_swings_through_zero_speed_under_vibration_across(horizon):
     law = sf.laws.coulomb(0.4).averaged_across(0.3)
     x, u = sp.symbols("x u", real=True)
-    scene = sf.Scene(sf.System([x], [u], [[1]], [-x]), [sf.Contact("floor", u, 1, law)], {}, {x: 1.0, u: 0.0}, 12.0)
+    scene = sf.Scene(sf.System([x], [u], [[1]], [-x]), [sf.Contact("floor", u, 1, law)], {}, {x: 1.0, u: 0.0}, horizon)
     run = sf.simulate(scene, tolerance=1e-11).checked()
 
     def rates(_, y):
@@ -168,7 +170,7 @@ def test_mass_swings_through_zero_speed_under_vibration_across():
             a, b = (a + b) / 2, math.sqrt(a * b)
         return [y[1], -y[0] - 0.4 * y[1] / a]
 
-    other = solve_ivp(rates, (0, 12), [1, 0], "DOP853", rtol=1e-11, atol=1e-13)
+    other = solve_ivp(rates, (0, horizon), [1, 0], "DOP853", rtol=1e-11, atol=1e-13)
     assert run.final == pytest.approx(other.y[:, -1], abs=1e-10)
 
 
@@ -197,7 +199,7 @@ def test_vibration_along_feeds_on_friction_that_falls():
     assert again == pytest.approx(found.lateral_power[known], rel=1e-10)
 
 
-@pytest.mark.one_in(12)
+@pytest.mark.long(beside="test_least_intensity_for_other_laws")
 @pytest.mark.parametrize("v", [0.1, 0.2, 0.3, 0.38, 0.42])
 def test_least_intensity_that_quenches(v):
     law, belt = sf.laws.cubic(0.4, 0.25, 0.5), sf.scenes.mass_on_belt(v_b=v)
@@ -457,16 +459,16 @@ def by_quadrature(p, d, v, start, end):
 
 
 @pytest.mark.one_in(6)
+@pytest.mark.parametrize(("start", "end"), [(1.2, 1.0), pytest.param(2.9, 0.3, marks=pytest.mark.long)])
 @pytest.mark.parametrize("k", [0.0, 0.4, 0.5, 1.0, 2.3])
-def test_motion_on_the_incline_by_the_equations_over_the_direction(k):
+def test_motion_on_the_incline_by_the_equations_over_the_direction(k, start, end):
     slope, v, g = 0.35, 0.7, 9.81
     mu = k * math.tan(slope)
     with mp.workdps(15):
         p, d = g * mp.sin(slope), mu * g * mp.cos(slope)
-        for start, end in ((2.9, 0.3), (1.2, 1.0)):
-            found = plane.incline_motion(slope, mu, v, start, end, g)
-            expected = [float(e) for e in by_quadrature(p, d, mp.mpf(v), mp.mpf(start), mp.mpf(end))]
-            assert [found.speed, found.time, found.downslope, found.cross] == pytest.approx(expected, rel=1e-11)
+        found = plane.incline_motion(slope, mu, v, start, end, g)
+        expected = [float(e) for e in by_quadrature(p, d, mp.mpf(v), mp.mpf(start), mp.mpf(end))]
+        assert [found.speed, found.time, found.downslope, found.cross] == pytest.approx(expected, rel=1e-11)
 
 
 @pytest.mark.parametrize("direction", [0.0, 1e-9, 0.4, 1.6, 3.0, math.pi - 1e-9, math.pi])

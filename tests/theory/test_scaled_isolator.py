@@ -43,6 +43,7 @@ def test_a_scaled_model_returns_the_prototype(by, prototype):
     np.testing.assert_allclose(returned(by, **prototype), 1.0, rtol=1e-7)
 
 
+@pytest.mark.long(beside="test_a_scaled_model_returns_the_prototype")
 def test_each_new_factor_is_needed():
     by = scaling.factors(7, D=2.8)
     assert by.damper(1) == pytest.approx(by.damping)

@@ -41,6 +41,7 @@ def forced(v, hill, k):
     return np.log(abs(np.linalg.det(slopes))) / period, np.trapezoid(x, t) / period, square
 
 
+@pytest.mark.long(beside="test_force_and_growth_on_the_full_model")
 def test_the_limit_of_the_full_model_tends_to_the_averaged_one():
     scene = sf.scenes.wavy_belt(v_b=0.3, F=10.0, k=100.0)
     averaged = waviness.onset_speed(scene)

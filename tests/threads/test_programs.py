@@ -62,7 +62,7 @@ def test_one_program_with_different_values(name, rounds):
     assert shared(program_of(name), lambda k: values_of(name, k), rounds) == []
 
 
-@pytest.mark.one_in(2)
+@pytest.mark.long(beside="test_one_program_with_different_values")
 @pytest.mark.parametrize("options", [{"route": "integrators"}, {"sensitivities": ["v_b", "x"]}], ids=str)
 def test_one_program_of_the_other_routes(options):
     program = sf.prepare(SCENES["series"]().until(15.0), 1e-6, **options)
@@ -116,7 +116,7 @@ def test_a_program_runs_inside_its_own_progress_callback():
     assert difference(inner[0], program.run({"v_b": 1.0})) == ""
 
 
-@pytest.mark.one_in(3)
+@pytest.mark.long(beside="test_a_run_that_is_interrupted_leaves_nothing")
 @pytest.mark.parametrize("output", [sf.Trajectory(), sf.Events(), sf.Max(X)], ids=lambda o: type(o).__name__)
 def test_progress_is_told_about_once_in_a_million_steps_whatever_is_kept(output):
     program = sf.prepare(sf.scenes.mass_on_belt(v_b=0.2, horizon=2e6).wanting({"kept": output}))
