@@ -1,5 +1,6 @@
 """Statistics of a sweep over cases: probabilities with their standard errors, means and quantiles."""
 
+import warnings
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -132,6 +133,14 @@ def spread(
         parts = [spread(found[n], quantiles, over=over) for n in outputs]
         return xr.concat(parts, xr.DataArray(outputs, dims="output", name="output"), join="outer")
     array = _array(found, over)
+    with warnings.catch_warnings():  # where no case has a number, the results have none
+        warnings.simplefilter("ignore", RuntimeWarning)
+        return _spread(array, levels, over)
+
+
+def _spread(array: "xr.DataArray", levels: np.ndarray, over: str) -> "xr.Dataset":
+    import xarray as xr
+
     there: Any = np.isfinite(array)
     n = there.sum(over)
     deviation = array.std(over, ddof=1)
@@ -156,6 +165,8 @@ def _array(values: Any, over: str) -> "xr.DataArray":
             f"the output has no dimension {shortened(over)} but {', '.join(map(str, values.dims))}; "
             "sweep over sf.CaseTable"
         )
+    if not values.sizes[over]:
+        raise SceneError(f"the output has no entry along {shortened(over)}; sweep over at least one case")
     return values
 
 

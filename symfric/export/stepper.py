@@ -191,10 +191,15 @@ class Stepper:
     def _inputs(self, t: float) -> np.ndarray:
         return np.array([float(s(t)) for s in self.scene.inputs.values()])
 
+    def _slopes(self, t: float, v: np.ndarray) -> np.ndarray:
+        """Return the slopes of the inputs over the step from t, where they are v; those that are held have none."""
+        held = np.array([s.hold for s in self.scene.inputs.values()], dtype=bool)
+        return np.where(held, 0.0, (self._inputs(t + self.step) - v) / self.step)
+
     def _march(self, y: np.ndarray, p: np.ndarray, n: int) -> tuple[np.ndarray, ...]:
-        """Return times, states, memories and statuses of n steps; inputs are linear over each step."""
+        """Return times, states, memories and statuses of n steps; inputs are linear over each step, or held."""
         h, v = self.step, self._inputs(0.0)
-        dv = (self._inputs(h) - v) / h
+        dv = self._slopes(0.0, v)
         first, m = (np.array(e).ravel() for e in self.start(y, 0.0, p, v, dv))
         t, x = h * np.arange(n + 1), np.empty((n + 1, y.size))
         memory, status = np.empty((n + 1, m.size)), np.zeros(n + 1)
@@ -213,7 +218,7 @@ class Stepper:
             now[0] = t[k]
             if v.size:
                 v[:] = self._inputs(t[k])
-                dv[:] = (self._inputs(t[k] + h) - v) / h
+                dv[:] = self._slopes(t[k], v)
             call()
             x[k + 1], memory[k + 1], status[k + 1] = after, later, code[0]
             state[:], kept[:] = after, later

@@ -170,6 +170,7 @@ class ContactDynamics:
             contact.name, place, self.y[place], self.read(contact.slip), limit, rising, self.read(contact.stiffness)
         )
         self.define(friction_force(contact.name), spring.force)
+        self.define(normal_force(contact.name), self.read(contact.normal))
         self.define(slip(contact.name), spring.w)
         self.define(stored_energy(contact.name), spring.stiffness * spring.z**2 / 2)
         self.define(
@@ -187,6 +188,7 @@ class ContactDynamics:
         sliders = SliderSet(contact.name, places, self.y[list(places)], limits, w, force)
         stored, gained = self._energy(contact, w, ca.SX(1), [rate for _, rate in sliders.rates])
         self.define(friction_force(contact.name), force)
+        self.define(normal_force(contact.name), self.read(contact.normal))
         self.define(slip(contact.name), w)
         self.define(stored_energy(contact.name), load * stored)
         self.define(dissipated_power(contact.name), -force * w - load * gained)

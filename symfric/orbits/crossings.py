@@ -69,7 +69,7 @@ def crossings(
     -----
     A motion that touches the surface and turns back does not cross it. One that stays on it for a while, as one that
     sticks may, crosses it where it arrives, and only if it leaves on the other side. What begins on the surface does
-    not cross it there.
+    not cross it there. A jump through the surface, as that of an impact, crosses it, with the state before the jump.
     """
     first = int(path.step_of(np.array(after)))
     blocks = [np.arange(k, min(k + _BLOCK, path.t.size)) for k in range(first, path.t.size, _BLOCK)]
@@ -81,16 +81,42 @@ def crossings(
     blur = _ROUNDING * scale
     split = [_split(path, function, blur, block) for block in blocks]
     parts = Parts(*(np.concatenate(column) for column in zip(*(p for p, _ in split), strict=True)))
-    end = _values(path, function, blocks[-1][-1:], np.ones((1, 1)))[0]
-    value = np.concatenate([*(v for _, v in split), end])
+    part, ends, value = _with_jumps(path, function, blur, blocks, parts.step, np.concatenate([v for _, v in split]))
     sign = np.where(np.abs(value) <= blur, 0.0, np.sign(value))
     off = np.flatnonzero(sign)
     before = off[:-1][sign[off[:-1]] * sign[off[1:]] < 0]
     before = before[sign[before] != direction]
-    step, place = _located(path, function, Parts(*(p[before] for p in parts)), sign[before])
+    step, place = _located(path, function, Parts(*(p[part[before]] for p in parts)), sign[before])
+    place = np.where(ends[before], 1.0, place)
     times = path.t[step] + place * path.h[step]
     late = times >= after
     return times[late], _states(path, step, place[:, None])[:, late, 0]
+
+
+def _with_jumps(
+    path: Path, function: Function, blur: float, blocks: list[np.ndarray], step: np.ndarray, value: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Add the values before jumps, and that at the end, to those at the start of the parts.
+
+    Parameters
+    ----------
+    step, value : ndarray, shape (n,)
+        Of each part.
+
+    Returns
+    -------
+    part : ndarray of int, shape (m,)
+        To which each value belongs.
+    ends : ndarray of bool, shape (m,)
+        Whether it is that at the end of its part.
+    value : ndarray, shape (m,)
+    """
+    left = np.concatenate([_values(path, function, block, np.ones((block.size, 1)))[:, 0] for block in blocks])
+    last = np.flatnonzero(np.append(np.diff(step), 1))  # part of each step
+    jumps = np.append(np.abs(left[:-1] - value[last[:-1] + 1]) > blur, True)
+    at, every = last[jumps], np.arange(step.size)
+    ends = np.insert(np.zeros(step.size, dtype=bool), at + 1, True)
+    return np.insert(every, at + 1, at), ends, np.insert(value, at + 1, left[jumps])
 
 
 def _states(path: Path, step: np.ndarray, place: np.ndarray) -> np.ndarray:

@@ -3,6 +3,7 @@
 import numpy as np
 
 LEAST = 1e-9  # least size of a state, relative to the largest of its kind
+UNMOVED = 1e-6  # range of a state relative to its value below which it stays the same
 _NONE = 1e-140  # size where nothing moves; its square does not underflow
 
 

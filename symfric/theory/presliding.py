@@ -19,6 +19,8 @@ __all__ = [
     "lugre_drift",
 ]
 
+_DEEP = 25  # last odd number of the continued fraction of the hyperbolic tangent: exact up to an argument of 1
+
 
 def _numbers(**given: float) -> list[float]:
     """Return numbers; all but those called `x` and `chi` must be positive."""
@@ -61,6 +63,8 @@ def dahl_reversal(mu_c: float, sigma: float, x: float) -> float:
     0.26424111765712
     """
     mu_c, sigma, x = _numbers(mu_c=mu_c, sigma=sigma, x=x)
+    if x < 0:
+        raise SceneError(f"x is {x:g}; the distance since a reversal must not be negative")
     return mu_c * (1 - 2 * math.exp(-sigma * x / mu_c))
 
 
@@ -97,7 +101,13 @@ def dahl_loop(mu_c: float, sigma: float, amplitude: float) -> float:
     0.095362337618
     """
     mu_c, sigma, X = _numbers(mu_c=mu_c, sigma=sigma, amplitude=amplitude)
-    return 4 * mu_c * (X - mu_c / sigma * math.tanh(sigma * X / mu_c))
+    y = sigma * X / mu_c
+    if y > 1:
+        return 4 * mu_c * (X - mu_c / sigma * math.tanh(y))
+    fraction = 0.0  # tanh y = y / (1 + y^2/(3 + y^2/(5 + ...))), so that nothing cancels
+    for k in range(_DEEP, 1, -2):
+        fraction = y**2 / (k + fraction)
+    return 4 * mu_c * X * fraction / (1 + fraction)
 
 
 @spelt
@@ -138,7 +148,7 @@ def lugre_drift(sigma0: float, low: float, high: float, mu_c: float = 1.0) -> fl
     sigma0, low, high, mu_c = _numbers(sigma0=sigma0, low=low, high=high, mu_c=mu_c)
     if not 0 <= low < high < mu_c:
         raise SceneError(f"the load goes from {low:g} to {high:g}; it must increase between 0 and mu_c = {mu_c:g}")
-    return mu_c / sigma0 * math.log((mu_c**2 - low**2) / (mu_c**2 - high**2))
+    return mu_c / sigma0 * math.log1p((high - low) * (high + low) / ((mu_c - high) * (mu_c + high)))
 
 
 @spelt

@@ -1,5 +1,7 @@
 """Statistics of sweeps against closed forms, definitions and other programs."""
 
+import warnings
+
 import numpy as np
 import pytest
 import scipy.stats
@@ -75,6 +77,15 @@ def test_spread_of_a_whole_sweep_takes_its_outputs():
     assert found["lost"].values.tolist() == [0, 1]
 
 
+def test_cases_without_a_number_have_no_spread():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = sf.spread(cases([np.nan, np.nan]))
+    assert found["lost"] == 2
+    assert np.isnan(found["mean"])
+    assert np.isnan(found["quantiles"]).all()
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -87,6 +98,8 @@ def test_spread_of_a_whole_sweep_takes_its_outputs():
         (lambda: sf.spread(cases([1.0]), [-0.1]), "between 0 and 1"),
         (lambda: sf.spread(cases([1.0]), []), "between 0 and 1"),
         (lambda: sf.spread(cases([1.0]), [[0.5]]), "between 0 and 1"),
+        (lambda: sf.spread(cases([])), "no entry along 'case'"),
+        (lambda: sf.probability(cases([]), above=0.0), "no entry along 'case'"),
         (lambda: sf.spread(xr.Dataset({"status": cases([1.0])})), "no output has the dimension 'case'"),
     ],
 )

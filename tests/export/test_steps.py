@@ -1,5 +1,7 @@
 """Steps of fixed length: of order four through stick and slip, exactly at rest, honest about what they do not resolve."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -197,6 +199,21 @@ def test_a_slip_that_jumps_ends_sticking_as_in_the_event_driven_run(name):
     releases = [e.t for e in exact.events if e.before == 0]
     assert np.any(np.isin(np.round(releases, 9), np.round(exact.jumps, 9)))
     assert set(np.unique(run["mode"])) == {-1, 0, 1}
+
+
+def test_held_inputs_jump_between_steps():
+    F = sp.Symbol("F", real=True)
+    samples = 0.4 * np.sin(0.9 * np.arange(60))
+    belt = sf.Contact("belt", u - 0.2, 1, sf.laws.stribeck(0.4, 0.2, 0.3))
+    system = sf.System([x], [u], [[1]], [-x - 0.02 * u + F])
+    held = sf.Scene(system, [belt], {}, {x: 0.1, u: 0}, 10.0, inputs={F: sf.Signal(samples, dt=0.4, hold=True)})
+    steps = sp.Piecewise(*((float(v), 0.4 * (i + 1) > sf.TIME) for i, v in enumerate(samples)), (0, True))
+    written = sf.Scene(replace(system, force=[-x - 0.02 * u + steps]), [belt], {}, {x: 0.1, u: 0}, 10.0)
+    coarse, fine = (sf.export.stepper(held, h).error() for h in (0.04, 0.02))
+    assert fine < 1e-5
+    assert 8 < coarse / fine < 32
+    other = sf.export.stepper(written, 0.02).run().x.values
+    assert sf.export.stepper(held, 0.02).run().x.values == pytest.approx(other, abs=1e-9)
 
 
 def test_a_ball_bounces_in_steps_of_any_length_as_in_closed_form():

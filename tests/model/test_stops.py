@@ -111,6 +111,24 @@ def test_teeth_that_lift_leave_the_bearing_without_load():
     assert run["N"] == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("law", "stiffness"),
+    [
+        (sf.laws.coulomb(0.2), None),
+        (sf.laws.coulomb(0.2), 50.0),
+        (sf.laws.dahl(0.2, 100.0), None),
+        (sf.laws.iwan(2.0, -0.3, 0.4, elements=2), None),
+        (sf.laws.maxwell_slip([10.0, 20.0], [0.1, 0.1]), None),
+    ],
+)
+def test_a_given_load_is_the_normal_force_of_every_contact(law, stiffness):
+    wall = sf.Contact("wall", slip=U, normal=2 + X**2, law=law, stiffness=stiffness)
+    outputs = {"force": sf.Max(sf.normal_force("wall")), "load": sf.Max(2 + X**2)}
+    system = sf.System([X], [U], [[1]], [-4 * X])
+    run = sf.simulate(sf.Scene(system, [wall], {}, {X: 1.0, U: 0.0}, 3.0, outputs))
+    assert run["force"] == pytest.approx(run["load"], rel=1e-12)
+
+
 def pressed(side, law, extra=0):
     """A mass on a spring that rubs on a wall pressed by another body, or under a given load."""
     N, given = sf.normal_force("floor"), 9.81 - sp.sin(3 * T)

@@ -78,6 +78,36 @@ def test_a_motion_that_sticks_on_the_section_crosses_it_where_it_arrives():
     assert sf.poincare(belt, sf.slip("belt"), direction=0).times.size == 0  # it sticks and falls behind again
 
 
+@pytest.mark.parametrize("e", [1.0, 0.9])
+def test_a_ball_turns_at_every_top_and_jumps_through_zero_at_every_impact(e):
+    ground = sf.Contact("ground", None, sf.Unilateral(X, e))
+    ball = sf.Scene(sf.System([X], [U], [[1]], [-1]), [ground], {}, {X: 2.0, U: 0.0}, 20.0)
+    speeds = 2 * e ** np.arange(1, 40)  # after each impact, and the time to the top
+    impacts = 2 + np.concatenate([[0], 2 * np.cumsum(speeds)[:-1]])
+    tops = impacts + speeds
+    falls, rises = (sf.poincare(ball, "u", direction=d) for d in (-1, 1))
+    assert falls.times == pytest.approx(tops[tops < 20], abs=1e-9)
+    assert falls["x"] == pytest.approx(0.5 * speeds[tops < 20] ** 2, abs=1e-9)
+    assert rises.times == pytest.approx(impacts[impacts < 20], abs=1e-9)
+    assert rises["u"] == pytest.approx(-speeds[impacts < 20] / e, abs=1e-9)  # before the impact
+    assert sf.poincare(ball, "u", direction=0).times.size == np.sum(tops < 20) + np.sum(impacts < 20)
+
+
+@pytest.mark.parametrize("direction", [1, -1])
+def test_crossings_between_kicks_are_found(direction):
+    scene = oscillator(-X, {}, horizon=20.0, resets=[sf.Reset(every=1.7, set={U: U + 1.5})])
+    run = sf.simulate(scene)
+    count, edges = 0, [0.0, *run.jumps, 20.0]
+    for low, high in zip(edges, edges[1:], strict=False):
+        inner = np.linspace(low, high, 20_001)[:-1] + 1e-12
+        signs = np.sign(run(inner)[1])
+        count += int(np.sum((signs[:-1] * signs[1:] < 0) & (signs[1:] == direction)))
+    for t in run.jumps:
+        before, after = run.before(t)[1], run(t)[1]
+        count += before * after < 0 and np.sign(after) == direction
+    assert sf.poincare(run, "u", direction=direction).times.size == count > 4
+
+
 def test_forced_motion_once_in_a_period():
     """x'' + x'/2 + x = cos(w t) + sin(3 w t/2)/2, looked at every 4 pi/w."""
     c, w = 0.5, 0.8

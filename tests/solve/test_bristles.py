@@ -1,5 +1,6 @@
 """Motions with bristle laws against closed forms, a second solver, 30 digits, and the set-valued law they tend to."""
 
+import mpmath
 import numpy as np
 import pytest
 import sympy as sp
@@ -100,6 +101,21 @@ def test_steady_sliding_is_that_of_the_law(speed):
     far = 0.05 / abs(speed)
     run = sf.simulate(imposed(law, speed, far, {"mu": sf.At(-MU)}), 1e-11)
     assert run["mu"] == pytest.approx(law(speed), rel=1e-9)
+
+
+@pytest.mark.parametrize("amplitude", 10.0 ** np.arange(-14, 3, 2))
+def test_closed_forms_keep_their_digits(amplitude):
+    with mpmath.workdps(60):
+        mu_c, sigma, X = mpmath.mpf(0.3), mpmath.mpf(10), mpmath.mpf(amplitude)
+        y = sigma * X / mu_c
+        loop = float(4 * mu_c**2 / sigma * (y - mpmath.tanh(y)))
+        high = min(X, mpmath.mpf(0.29))
+        drift = float(mu_c / sigma * mpmath.log((mu_c**2 - high**2 / 4) / (mu_c**2 - high**2)))
+    assert sf.theory.presliding.dahl_loop(0.3, 10, amplitude) == pytest.approx(loop, rel=1e-14)
+    found = sf.theory.presliding.lugre_drift(10, float(high) / 2, float(high), 0.3)
+    assert found == pytest.approx(drift, rel=1e-13)
+    with pytest.raises(sf.SceneError, match="must not be negative"):
+        sf.theory.presliding.dahl_reversal(0.3, 10, -amplitude)
 
 
 def test_energy_of_a_dahl_loop_and_its_balance():

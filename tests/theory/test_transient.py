@@ -286,6 +286,7 @@ def test_averaged_decay_time_of_the_formula():
         ({"f_n": 1.0, "mu_m": 0.1, "zeta": -0.1}, sf.SceneError, "zeta is -0.1"),
         ({"f_n": 1.0, "mu_m": 0.1, "x0": math.inf}, sf.SceneError, "x0 is inf"),
         ({"f_n": 1.0, "mu_m": 0.0, "zeta": 0.1}, sf.NotFound, "without friction"),
+        ({"f_n": 1e300, "mu_m": 0.1}, sf.NotFound, "too small at the start"),
     ],
 )
 def test_wrong_damper_is_refused_by_name(arguments, error, message):

@@ -7,7 +7,7 @@ import numpy as np
 
 from symfric.errors import NotFound
 from symfric.orbits.shooting import Point, ShootingSystem, solve, step_of
-from symfric.orbits.sizes import kinds
+from symfric.orbits.sizes import UNMOVED, kinds
 
 CORRECTIONS = 8  # most of one step; a step that needs more is better halved
 _SLOW = 1  # corrections that may leave more than half of the residual, as one across a corner of the map does
@@ -32,6 +32,8 @@ def units(system: ShootingSystem, point: Point, limits: np.ndarray, largest: np.
     own = np.maximum(point.passage.ranges, _SHARE * largest)
     for kind in kinds(len(system.flow.scene.system.q), own.size):
         own[kind] = np.maximum(own[kind], _FAINT * np.max(own[kind], initial=0.0))
+    size = np.abs(point.z[: own.size])  # of states that stay the same on the orbit, as a friction at its limit
+    own = np.where(own > UNMOVED * size, own, np.where(size > 0, size, 1.0))
     return np.concatenate([own, [system.period(point.z)] if system.free else [], limits[:, 1] - limits[:, 0]])
 
 

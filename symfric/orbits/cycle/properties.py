@@ -24,7 +24,8 @@ def orbit_of(scene: Scene, system: ShootingSystem, point: Point) -> Orbit:
     multipliers, trivial = multipliers_of(passage, system.free)
     others = np.delete(multipliers, trivial) if trivial is not None else multipliers
     stops = {k for k in flow.openings if k >= len(flow.lines)}
-    stick = stick_time(passage, period, stops)
+    second = {k for k in flow.planes if k and flow.contacts[k] == flow.contacts[k - 1]}  # of the slip in the plane
+    stick = stick_time(passage, period, stops | second)
     return Orbit(
         period=period,
         start=start.copy(),
@@ -65,10 +66,10 @@ def multipliers_of(passage: Passage, free: bool) -> tuple[np.ndarray, int | None
     return eigenvalues, 0 if free else None
 
 
-def stick_time(passage: Passage, period: float, stops: Collection[int] = ()) -> float:
-    """Return the time during which at least one contact sticks; stops, which are closed, do not."""
-    modes = [OPEN if k in stops else mode for k, mode in enumerate(passage.modes)]
-    changes = [e for e in passage.changes if e[1] not in stops]
+def stick_time(passage: Passage, period: float, others: Collection[int] = ()) -> float:
+    """Return the time during which at least one contact sticks; some `others`, as stops that are closed, do not."""
+    modes = [OPEN if k in others else mode for k, mode in enumerate(passage.modes)]
+    changes = [e for e in passage.changes if e[1] not in others]
     for _, i, before, _ in reversed(changes):
         modes[i] = before
     total, last = 0.0, 0.0

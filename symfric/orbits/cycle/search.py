@@ -14,6 +14,7 @@ from symfric.orbits.cycle.properties import orbit_of
 from symfric.orbits.flow_map import FlowMap, flow_of
 from symfric.orbits.guess import EndsEarly, Fades, Grows, Guess, Waits, settled
 from symfric.orbits.shooting import Point, ShootingSystem, solve
+from symfric.orbits.sizes import UNMOVED, filled
 
 _VANISHED = 1e-6  # range relative to that of the guess below which Newton's method has found an equilibrium
 _FAR = 1e6  # distance from a guess, in its sizes and ranges, beyond which an orbit has nothing to do with it
@@ -174,11 +175,11 @@ def _repeats(system: ShootingSystem, point: Point, parts: int) -> bool:
     """Whether an orbit comes back after a part of its period, up to the accuracy to which it is known.
 
     Its start is known less well than the motion, the less the closer a multiplier is to 1: where a coarse motion comes
-    nearly back, the orbit is computed anew on a finer one.
+    nearly back, the orbit is computed anew on a finer one. A state that moves by rounding alone does not count.
     """
     start, period, values = system.unpack(point.z)
     flow = system.flow
-    ranges = np.maximum(point.passage.ranges, 1e-300)
+    ranges = filled(np.maximum(point.passage.ranges, UNMOVED * np.abs(start)), len(flow.scene.system.q))
     away = float(np.max(np.abs(flow.run(start, values, period / parts).end - start) / ranges))
     if away > np.sqrt(flow.tolerance) or flow.tolerance <= _FINE:
         return away <= max(_SAME, _ACCURATE * flow.closed)

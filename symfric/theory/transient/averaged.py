@@ -167,7 +167,7 @@ def averaged_decay_time(
     Raises
     ------
     NotFound
-        If there is no friction: the amplitude then never reaches zero.
+        If there is no friction, or too little of it at the start: the amplitude then never reaches zero.
     SceneError
         If a number is missing or out of range.
 
@@ -210,7 +210,10 @@ def _averaged(mean: Callable[[float], Any], *, x0: float, v0: float, **given: fl
     if friction == 0:
         raise NotFound("without friction the amplitude never falls to zero; give mu_m, r and g above 0")
     braking = 2 / np.pi * friction / v_c
-    return _decay_time(lambda a: 1 / (viscous * a + braking * mean(a)), start)
+    try:
+        return _decay_time(lambda a: 1 / (viscous * a + braking * mean(a)), start)
+    except (ZeroDivisionError, OverflowError):
+        raise NotFound("friction and damping are too small at the start for a decay within a finite time") from None
 
 
 def _decay_time(integrand: Callable[[float], float], start: float) -> float:

@@ -37,6 +37,8 @@ APART = 1e-6  # relative difference of event times up to which events count as s
 # the same of feet of one body, which stop together: the times of slow stops have larger errors
 _APART_OF_FEET = 1e-3
 _LARGEST = 1e150  # derivative whose square is still a number
+# A row that changes by more than this part of its size over less than this part of the run has no derivatives there.
+_JUMPS, _INSTANT = 1e-6, 1e-11
 _START = 1e-3  # part of a step that counts as its start
 
 
@@ -117,6 +119,7 @@ def jump(w: LoopArrays, n_x: int, n_c: int, starting: bool) -> None:
                 for side in range(2):
                     if w.saltation.rise[e, side] != 0.0:
                         w.observed.total[f, side] += w.saltation.rise[e, side] * w.saltation.tau[s] * void
+    w.saltation.rise[:] = 0.0  # another event of the same instant is no other end of the step
 
 
 @compiled
@@ -239,14 +242,19 @@ def _doubt_edges(w: LoopArrays, n_c: int, off: int) -> None:
 def note_places(w: LoopArrays, e: int, tau: float, low: float, high: float) -> None:
     """Store where in the step (0 to 1) row e took new extremes, -1 if it did not, and its slope if at the end.
 
+    Beyond 1 the place is unknown: the row changes at once, as the direction of a slip in the plane near its stop.
     ``w.roots.poly`` holds the row over the step, scaled to [0, 1]; `low` and `high` are the extremes before it.
     """
-    order = w.c.shape[1] - 1
+    order, change = w.c.shape[1] - 1, 0.0
+    for k in range(1, order + 1):
+        change += k * abs(w.roots.poly[k])
     for side in range(2):
         new, old = w.observed.total[e, side], low if side == 0 else high
         w.saltation.rise[e, side] = 0.0
-        margin = 1e-14 * max(abs(new), w.scale[w.c.shape[0] - w.wanted.kind.size + e])
-        w.observed.total[e, 2 + side] = _place(w, order, new) if abs(new - old) > margin else -1.0
+        size = max(abs(new), w.scale[w.c.shape[0] - w.wanted.kind.size + e])
+        w.observed.total[e, 2 + side] = _place(w, order, new) if abs(new - old) > 1e-14 * size else -1.0
+        if w.observed.total[e, 2 + side] >= 0.0 and tau < _INSTANT * w.clock.t_end and change > _JUMPS * size:
+            w.observed.total[e, 2 + side] = 2.0
         if w.observed.total[e, 2 + side] == 1.0:
             for k in range(order, 0, -1):
                 w.saltation.rise[e, side] += k * w.roots.poly[k] / tau
@@ -262,6 +270,9 @@ def _place(w: LoopArrays, order: int, target: float) -> float:
     for k in range(order):
         w.roots.slope[k] = (k + 1) * w.roots.poly[k + 1]
     best, where = abs(w.roots.poly[0] - target), 0.0
+    gap = abs(value(w.roots.poly, order, 1.0) - target)
+    if gap < best:
+        best, where = gap, 1.0
     for j in range(roots(w.roots.slope, order - 1, order, w.tables.bernstein, w.roots.stack, w.roots.places)):
         gap = abs(value(w.roots.poly, order, w.roots.places[j]) - target)
         if gap < best:
@@ -304,6 +315,7 @@ def follow(w: LoopArrays, f: int, c: Reals, tau: float) -> None:
         place = w.observed.total[e, 2 + side]
         if place < 0.0:
             continue
-        w.observed.total[f, side] = value(c, w.c.shape[1] - 1, place * tau) if w.counts.doubts == 0 else np.nan
+        known = w.counts.doubts == 0 and place <= 1.0
+        w.observed.total[f, side] = value(c, w.c.shape[1] - 1, place * tau) if known else np.nan
         if place == 0.0:  # a row that jumped at the event at the start of this step
             w.observed.total[f, side] += parent[1] * w.saltation.tau[s]
