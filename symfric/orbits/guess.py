@@ -10,7 +10,7 @@ from symfric.model.scene import Scene
 from symfric.model.symbols import TIME
 from symfric.orbits.flow_map import FlowMap
 from symfric.orbits.recurrence import level_of, nearest_return, passages
-from symfric.orbits.sizes import filled
+from symfric.orbits.sizes import filled, ranges_of
 from symfric.solve.run import Run
 from symfric.solve.status import Status, early_end
 
@@ -145,7 +145,8 @@ def guess_of(run: Run, forcing: float | None) -> Guess:
             f"the motion waits and moves on by turns of more than {_MOST} periods of the excitation or the sampling, "
             "and has no cycle as short as these; look at the motion itself"
         )
-    turns = nearest_return(returns, filled(np.ptp(late, axis=1), len(run.base.system.q)))
+    sizes = ranges_of(np.min(late, axis=1), np.max(late, axis=1), len(run.base.system.q))
+    turns = nearest_return(returns, sizes)
     return Guess(returns[:, -1], 0.0, turns, turns)
 
 
@@ -191,7 +192,8 @@ def _of_free(run: Run) -> Guess:
     times = times[times > 0.25 * run.t_final]
     if times.size < 3:
         raise NotFound("the motion completes fewer than three oscillations within the horizon; lengthen it")
-    turns = nearest_return(run(times), filled(size, n_q))
+    sizes = ranges_of(np.min(x[:, late], axis=1), np.max(x[:, late], axis=1), n_q)
+    turns = nearest_return(run(times), sizes)
     begin, end = times[-1 - turns], times[-1]
     return Guess(run(_sliding_moment(run, begin, end)), end - begin, 0, turns, shrinking)
 

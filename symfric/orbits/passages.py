@@ -21,7 +21,7 @@ from symfric.model.rows import RANGE, TURN, Row
 from symfric.model.scene import Scene
 from symfric.orbits.end_states import EndStates
 from symfric.orbits.recorded_steps import Recorder
-from symfric.orbits.sizes import filled
+from symfric.orbits.sizes import ranges_of
 from symfric.orbits.variations import Variations
 from symfric.solve.loop.model import series_model
 from symfric.solve.loop.workspace import LoopArrays
@@ -60,7 +60,7 @@ class Passage(NamedTuple):
     low, high : ndarray, shape (n_x,)
         Extremes of the states.
     ranges : ndarray, shape (n_x,)
-        The largest minus the smallest value of every state, none of them zero; see `symfric.orbits.sizes.filled`.
+        The largest minus the smallest value of every state, none of them zero; see `symfric.orbits.sizes.ranges_of`.
     doubtful : bool
         Whether the derivatives do not exist.
     sliders : tuple of (float, int, int, int)
@@ -258,6 +258,6 @@ def _passage_of(
         gaps_by_value=gaps[1],
         low=low,
         high=high,
-        ranges=filled(high - low, automaton.n_q),
+        ranges=ranges_of(low, high, automaton.n_q),
         doubtful=doubtful,
     )

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from symfric.orbits.sizes import filled
+from symfric.orbits.sizes import ranges_of
 from symfric.solve.run import Run
 
 MOST = 8  # largest period sought, in periods of the excitation or passages of a coordinate through its middle
@@ -108,8 +108,8 @@ def _of_free(run: Run, end: float, times: np.ndarray) -> Recurrence:
 
 
 def _ranges(run: Run, end: float) -> np.ndarray:
-    size = np.ptp(run(np.linspace(0.0, end, 20 * _PLACES)), axis=1)
-    return filled(size, len(run.base.system.q))
+    states = run(np.linspace(0.0, end, 20 * _PLACES))
+    return ranges_of(np.min(states, axis=1), np.max(states, axis=1), len(run.base.system.q))
 
 
 def _come_back(states: np.ndarray, k: int, size: np.ndarray) -> bool:

@@ -3,6 +3,7 @@
 import numpy as np
 
 LEAST = 1e-9  # least size of a state, relative to the largest of its kind
+_ROUNDING = 1e-12  # of a state that follows from others, relative to its value
 UNMOVED = 1e-6  # range of a state relative to its value below which it stays the same
 _NONE = 1e-140  # size where nothing moves; its square does not underflow
 
@@ -22,6 +23,12 @@ def filled(size: np.ndarray, n_q: int) -> np.ndarray:
         if part.size:
             np.maximum(part, LEAST * max(float(part.max()), _NONE), out=part)
     return sizes
+
+
+def ranges_of(low: np.ndarray, high: np.ndarray, n_q: int) -> np.ndarray:
+    """Return the ranges of states between extremes (n_x,) as sizes, none of them below the rounding of the values."""
+    rounding = _ROUNDING * np.maximum(np.abs(low), np.abs(high))
+    return filled(np.maximum(high - low, rounding), n_q)
 
 
 def over_time(size: np.ndarray, n_q: int, time: float) -> np.ndarray:

@@ -13,7 +13,7 @@ from symfric.lower.automaton import Automaton, automaton_of
 from symfric.model.outputs import HalfRange
 from symfric.model.scene import Scene
 from symfric.orbits.passages import Followed, Passage
-from symfric.orbits.sizes import filled
+from symfric.orbits.sizes import ranges_of
 from symfric.solve.integrators.implicit.varied_motion import VariedMotion
 from symfric.solve.integrators.program import IntegratorsProgram
 from symfric.solve.integrators.route import Integrators
@@ -55,8 +55,8 @@ class StiffRuns:
         low, high = plain.low, plain.high
         if plain.status != Status.OK or low is None or high is None:
             raise NotFound(early_end("the motion from this start", plain.status))
-        ranges = filled(high - low, self._automaton.n_q)
-        unit = np.concatenate([np.maximum(np.abs(y), ranges), np.where(moving == 0, 1.0, np.abs(moving))])
+        sizes = ranges_of(low, high, self._automaton.n_q)
+        unit = np.concatenate([np.maximum(np.abs(y), sizes), np.where(moving == 0, 1.0, np.abs(moving))])
         V = np.eye(n_x, n_x + len(self._parameters))
         followed = self._motion.follow(y, V, unit, own, np.zeros(0), time, Integrators().max_steps)
         if followed.status != Status.OK:
@@ -78,7 +78,7 @@ class StiffRuns:
             gaps_by_value=np.zeros((n_g, len(self._parameters))),
             low=low,
             high=high,
-            ranges=ranges,
+            ranges=sizes,
             doubtful=False,
         )
         return passage, p, m

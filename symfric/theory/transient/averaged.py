@@ -58,6 +58,7 @@ DAMPER = DamperSymbols(
     v_c=sp.Symbol("v_c", positive=True),
 )
 
+_LEAST = 1e-290  # rate of decay that is none
 _SIGNIFICANT = 45.0  # exponent beyond which a term is below rounding
 
 
@@ -210,10 +211,9 @@ def _averaged(mean: Callable[[float], Any], *, x0: float, v0: float, **given: fl
     if friction == 0:
         raise NotFound("without friction the amplitude never falls to zero; give mu_m, r and g above 0")
     braking = 2 / np.pi * friction / v_c
-    try:
-        return _decay_time(lambda a: 1 / (viscous * a + braking * mean(a)), start)
-    except (ZeroDivisionError, OverflowError):
-        raise NotFound("friction and damping are too small at the start for a decay within a finite time") from None
+    if not viscous * start + braking * mean(start) > _LEAST:
+        raise NotFound("friction and damping are too small at the start for a decay within a finite time")
+    return _decay_time(lambda a: 1 / (viscous * a + braking * mean(a)), start)
 
 
 def _decay_time(integrand: Callable[[float], float], start: float) -> float:
