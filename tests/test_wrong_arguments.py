@@ -237,7 +237,7 @@ def test_values_of_the_wrong_kind_name_the_cure(call, said):
 @pytest.mark.parametrize("law", ["stribeck(0.5, 0.3, {})", "cubic(0.4, 0.2, {})", "lorentz(0.4, {})", "gauss(0.4, {})"])
 def test_speeds_of_laws_are_positive(law):
     for wrong in ("0", "-0.1"):
-        with pytest.raises(sf.SceneError, match=r"v_\w is -?0.*must be positive"):
+        with pytest.raises(sf.SceneError, match=r"v_\w of \w+ is -?0.*must be positive"):
             eval("sf.laws." + law.format(wrong))
 
 

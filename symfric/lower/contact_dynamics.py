@@ -164,18 +164,13 @@ class ContactDynamics:
     def _spring(self, contact: Contact) -> Spring:
         """Return the equations of a contact behind a spring; expressions read later may contain its force."""
         place = self.system.states.index(spring_of(contact.name))
-        limit = self.read(contact.normal * contact.profile * contact.law.stick)
+        limit, w = self.read(contact.normal * contact.profile * contact.law.stick), self.read(contact.slip)
         rising = ca.jacobian(limit, self.q) @ self.u + ca.jacobian(limit, self.t)
-        spring = Spring(
-            contact.name, place, self.y[place], self.read(contact.slip), limit, rising, self.read(contact.stiffness)
-        )
-        self.define(friction_force(contact.name), spring.force)
-        self.define(normal_force(contact.name), self.read(contact.normal))
-        self.define(slip(contact.name), spring.w)
+        spring = Spring(contact.name, place, self.y[place], w, limit, rising, self.read(contact.stiffness))
+        self._define(contact, spring.force, w)
         self.define(stored_energy(contact.name), spring.stiffness * spring.z**2 / 2)
-        self.define(
-            dissipated_power(contact.name), -spring.force * spring.w - spring.stiffness * spring.z * spring.rate
-        )
+        power = -spring.force * spring.w - spring.stiffness * spring.z * spring.rate
+        self.define(dissipated_power(contact.name), power)
         return spring
 
     def _sliders(self, contact: Contact) -> SliderSet:
@@ -187,12 +182,14 @@ class ContactDynamics:
         limits = ca.vertcat(*(self.read(e) for e in memory.limits))
         sliders = SliderSet(contact.name, places, self.y[list(places)], limits, w, force)
         stored, gained = self._energy(contact, w, ca.SX(1), [rate for _, rate in sliders.rates])
-        self.define(friction_force(contact.name), force)
-        self.define(normal_force(contact.name), self.read(contact.normal))
-        self.define(slip(contact.name), w)
+        self._define(contact, force, w)
         self.define(stored_energy(contact.name), load * stored)
         self.define(dissipated_power(contact.name), -force * w - load * gained)
         return sliders
+
+    def _define(self, contact: Contact, *values: ca.SX) -> None:
+        for what, e in zip((friction_force, slip, normal_force), (*values, self.read(contact.normal)), strict=True):
+            self.define(what(contact.name), e)
 
     @classmethod
     def of(cls, scene: Scene, constants: Mapping[sp.Symbol, sp.Expr] | None = None) -> "ContactDynamics":

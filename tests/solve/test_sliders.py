@@ -239,7 +239,10 @@ def test_bouc_wen_that_is_not_passive_gives_energy_back():
     [
         (lambda: sf.laws.maxwell_slip([1.0], [0.1, 0.2]), "1 stiffnesses and 2 limits"),
         (lambda: sf.laws.maxwell_slip([], []), "0 stiffnesses"),
-        (lambda: sf.laws.maxwell_slip([1.0, -1.0], [0.1, 0.2]), r"stiffness\[1\] of maxwell_slip is -1.0"),
+        (
+            lambda: sf.laws.maxwell_slip([1.0, -1.0], [0.1, 0.2]),
+            r"stiffness\[1\] of maxwell_slip is -1; it must be positive",
+        ),
         (lambda: sf.laws.iwan(1.0, -1.5, 1.0), "chi of iwan is -1.5.*above -1"),
         (lambda: sf.laws.iwan(1.0, -0.5, 1.0, elements=0), "elements of iwan is 0"),
         (lambda: sf.laws.bouc_wen(1.0, 1.0, -2.0, 1), "beta . gamma of bouc_wen is -1"),
