@@ -328,7 +328,7 @@ def check_start(system: System, contacts: tuple[Contact, ...], numbers: dict[sp.
             )
         for asked in requirements_of(contact):
             value = _number(asked.value, numbers)
-            if value is not None and asked.fails(value):
+            if value is not None and not asked.holds(value):
                 raise SceneError(asked.complaint(value))
         rest, stick = (_number(e, numbers) for e in (contact.law.at_rest, contact.law.stick))
         for which, value in (("kinetic", rest), ("static", stick)):

@@ -44,7 +44,7 @@ class Requirements:
         entries = [np.asarray(e) for e in self._entries(*given)]
         wrong, said = np.zeros(np.broadcast_shapes(*(e.shape for e in (*given, *entries))), dtype=bool), ""
         for asked, value in zip(self._asked, entries, strict=True):
-            bad = ~((value >= 0) if asked.zero else (value > 0))
+            bad = ~asked.holds(value)
             if not said and np.any(bad):
                 said = asked.complaint(float(value[bad][0]) if value.ndim else float(value))
             wrong |= bad

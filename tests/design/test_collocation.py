@@ -132,7 +132,7 @@ def test_bad_arguments(scene, options, words):
 UNITS = [(410.0, 79.0, 0.001), (0.0013, 76.0, 300.0), (140.0, 0.0016, 24.0)]
 
 
-@pytest.mark.long(beside="test_fastest_move")
+@pytest.mark.one_in(3)
 @pytest.mark.parametrize("units", longer(UNITS, UNITS[1:]))
 def test_units_do_not_matter(units):
     """The same move in other units of mass, length and time, with a spring and a law that falls: one number."""

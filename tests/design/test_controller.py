@@ -21,7 +21,7 @@ def test_the_offset_of_a_continuous_pid_is_that_of_the_closed_form(k_p, k_d, all
     assert found.active == (f"half range {allowed:g} after t = 150",)
 
 
-@pytest.mark.long(beside="test_the_offset_of_a_continuous_pid_is_that_of_the_closed_form")
+@pytest.mark.one_in(2)
 @pytest.mark.parametrize(("name", "bounds"), [("D", (1, 30)), ("T", (0.02, 0.4))])
 def test_the_border_of_a_sampled_damper_lies_where_its_cycle_appears(name, bounds):
     found = sf.design.controller(made(False).starting({"u": 0.4}), name, bounds)

@@ -110,7 +110,6 @@ def test_bounds_that_are_too_low_or_already_enough():
     assert found.check.agrees
 
 
-@pytest.mark.long(beside="test_the_bound_of_the_source")
 def test_several_masses():
     """Two masses on a belt: the damper of the first alone, against a grid of eigenvalues and simulations."""
     x, u = sp.symbols("x1 x2", real=True), sp.symbols("u1 u2", real=True)
@@ -226,7 +225,7 @@ def test_static_friction_above_the_kinetic(law, low):
         assert bool([e for e in events if e.after == 0 and e.t > 5 / speed]) == sticks
 
 
-@pytest.mark.long(beside="test_the_bound_of_the_source")
+@pytest.mark.long(beside="test_several_masses")
 def test_the_check_starts_from_the_cycle_that_ends():
     """Of two masses: motions from far out miss a cycle that few starts lead to, and the check does not."""
     x, u = sp.symbols("x1 x2", real=True), sp.symbols("u1 u2", real=True)

@@ -7,15 +7,15 @@ import sympy as sp
 import symfric as sf
 
 x, u = sp.symbols("x u", real=True)
-c, A, v_b = sp.symbols("c A v_b", positive=True)
+c, A, W, v_b = sp.symbols("c A Omega v_b", positive=True)
 STEP = 1e-6
-DRIVE = A * sp.cos(1.3 * sf.TIME)
+DRIVE = A * sp.cos(W * sf.TIME)
 
 
 def forced(drag=1, contacts=(), **more):
     system = sf.System([x], [u], [[1]], [-x - c * u * drag + DRIVE])
     extremes = {"m": sf.Min(x), "M": sf.Max(x, after=5), "mm": sf.HalfRange(x, after=10)}
-    return sf.Scene(system, contacts, {c: 0.2, A: 0.3}, {x: 1.0, u: 0.0}, 20.0, outputs={**more, **extremes})
+    return sf.Scene(system, contacts, {c: 0.2, A: 0.3, W: 1.3}, {x: 1.0, u: 0.0}, 20.0, outputs={**more, **extremes})
 
 
 SCENES = {
@@ -41,7 +41,7 @@ def differences(program, name, values):
 @pytest.mark.parametrize("name", SCENES)
 def test_extremes_where_a_step_ends(name, tolerance):
     values = np.linspace(0.15, 0.25, 800)
-    found = sf.prepare(SCENES[name](), tolerance, sensitivities=["c"]).map({"c": values})
+    found = sf.prepare(SCENES[name](), tolerance, sensitivities=["c", "A", "Omega"]).map({"c": values})
     expected = differences(sf.prepare(SCENES[name](), 1e-13), "c", values)
     assert np.all(found.status == sf.Status.OK)
     for output in ("m", "M", "mm"):

@@ -1,7 +1,7 @@
 """What the parameters of a law must satisfy, whatever values they get later."""
 
 from collections.abc import Iterable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import sympy as sp
 
@@ -24,9 +24,9 @@ class Requirement(NamedTuple):
     value: sp.Expr
     zero: bool = False
 
-    def fails(self, number: float | sp.Expr) -> bool:
-        """Whether a number is none that is asked for; NaN is none."""
-        return not (number >= 0 if self.zero else number > 0)
+    def holds(self, number: Any) -> Any:
+        """Whether a number, or each of an array, is one that is asked for; NaN is none."""
+        return number >= 0 if self.zero else number > 0
 
     def complaint(self, number: float | sp.Expr) -> str:
         """Return what is wrong with a number."""
@@ -39,6 +39,6 @@ def open_ones(requirements: Iterable[Requirement]) -> tuple[Requirement, ...]:
     for e in requirements:
         if not e.value.is_number:
             found.append(e)
-        elif e.fails(e.value):
+        elif not e.holds(e.value):
             raise SceneError(e.complaint(e.value))
     return tuple(found)

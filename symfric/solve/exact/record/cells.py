@@ -34,6 +34,7 @@ def _is_negative(line: np.ndarray, u: float) -> bool:
 
 @compiled
 def cell_of(w: RecordArrays, u: float) -> int:
+    """Return the cell in which u lies, the right one of an edge."""
     c = 0
     while c < w.cells.shape[0] - 1 and u >= w.cells[c, HIGH]:
         c += 1
